@@ -10,7 +10,14 @@ import pytest
 from roboyard.description.model import Box, Collision, Joint, Limit, Link, Pose, RobotDescription
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.planning import Planner, SphereModel
-from roboyard.planning.self_pairs import adjacent_pairs, rough_pairs
+from roboyard.planning.attached import Attached, with_attached
+from roboyard.planning.hull_judge import judge_of
+from roboyard.planning.kernels.arrays import work_for
+from roboyard.planning.kernels.checker import is_free
+from roboyard.planning.never_touching import never_touch, proven_apart
+from roboyard.planning.obstacles import Obstacles
+from roboyard.planning.self_pairs import adjacent_pairs, allowed_overlaps, rough_pairs
+from roboyard.planning.sphere_model import sphere_robot
 
 
 def tower(gap: float) -> SphereModel:
@@ -90,3 +97,48 @@ def test_the_first_overlap_of_a_rough_pair_is_where_checking_every_step_finds_it
     assert found[0] == every
     assert judge.first_pair_clash(qs[:every]) is None
     assert judge.first_pair_clash(qs[:0]) is None
+
+
+def test_plates_that_cannot_touch_are_proven_apart_and_a_flap_that_can_is_not() -> None:
+    model = replace(tower(0.1), rough=frozenset({("plate0", "plate2"), ("flap", "plate0")}))
+    assert proven_apart(model) == {("plate0", "plate2")}
+    robot = sphere_robot(model, model.coordinate_names)
+    judge = judge_of(robot, ())
+    for pair, reach in zip(robot.rough, robot.rough_reach, strict=True):
+        proven = never_touch(judge, pair, reach, robot.arrays.lower, robot.arrays.upper)
+        assert proven == (pair == ("plate0", "plate2"))
+
+
+def test_a_pair_is_looked_at_again_when_one_of_its_links_holds_a_body() -> None:
+    pair = ("plate0", "plate2")
+    model = replace(tower(0.1), apart=frozenset({pair}), overlaps={("flap", "plate0"): 0.01})
+    ball = (CollisionSphere(center=(0.0, 0.0, 0.1), radius=0.03),)
+    held = Attached(body=None, link="flap", pose=np.eye(4), spheres=ball, touching=frozenset())  # type: ignore[arg-type]
+    loaded = with_attached(model, [held])
+    assert (loaded.apart, loaded.rough, loaded.overlaps) == (frozenset({pair}), frozenset(), {})
+    loaded = with_attached(model, [replace(held, link="plate2")])
+    assert (loaded.apart, loaded.rough) == (frozenset(), frozenset({pair}))
+    assert loaded.overlaps == model.overlaps
+
+
+def test_allowed_overlaps_close_fewer_free_postures_and_motions_stay_free() -> None:
+    model = tower(0.1)
+    model = replace(model, rough=rough_pairs(model))
+    model = replace(model, overlaps=allowed_overlaps(model))
+    assert model.overlaps and all(0.0 < depth < 0.18 for depth in model.overlaps.values())
+    robot = sphere_robot(model, model.coordinate_names)
+    judge, world = judge_of(robot, ()), Obstacles().arrays
+    work = work_for(robot.arrays, world)
+    postures = np.random.default_rng(7).uniform(robot.arrays.lower, robot.arrays.upper, (1500, 3))
+    free = [q for q in postures if not judge.clashes(q)]
+    closed = [
+        sum(not is_free(arrays, world, q, 0.0, work) for q in free)
+        for arrays in (robot.arrays, robot.search_arrays)
+    ]
+    assert closed[1] < 0.5 * closed[0]
+    planner = Planner(model)
+    for k in range(0, 40, 2):
+        plan = planner.plan(free[k], free[k + 1])
+        if plan.solved:
+            assert plan.trajectory is not None
+            assert judge.first_clash(plan.trajectory.dense(0.005)) is None

@@ -77,9 +77,21 @@ def spheres_around(points: Array, count: int = SPHERES) -> tuple[CollisionSphere
 
 def with_attached(model: SphereModel, held: Sequence[Attached]) -> SphereModel:
     """Return a model whose links carry the spheres of held bodies."""
+    if not held:
+        return model
     spheres = dict(model.spheres)
     pairs = set(model.ignore)
+    links = {one.link for one in held}
     for one in held:
         spheres[one.link] = (*spheres.get(one.link, ()), *one.spheres)
         pairs |= {(min(one.link, other), max(one.link, other)) for other in one.touching if other != one.link}
-    return replace(model, spheres=spheres, ignore=frozenset(pairs), is_loose=True) if held else model
+    loaded = frozenset(pair for pair in model.apart if links & set(pair))  # what they carry may touch
+    return replace(
+        model,
+        spheres=spheres,
+        ignore=frozenset(pairs),
+        is_loose=True,
+        rough=model.rough | loaded,
+        apart=model.apart - loaded,
+        overlaps={pair: depth for pair, depth in model.overlaps.items() if not links & set(pair)},
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -129,7 +130,9 @@ class HullJudge:
             return []
         contact = self.data.contact
         geoms, depths = contact.geom, -contact.dist
-        wrong = (depths > DEEP) & self.moves[geoms].any(axis=1) & ~self.skipped[geoms].any(axis=1)
+        wrong = (depths > DEEP) & self._counts[geoms[:, 0], geoms[:, 1]]
+        if not wrong.any():
+            return []
         deepest: dict[tuple[str, str], Clash] = {}
         standing = self.on_floor[geoms].any(axis=1) & (depths < FLOOR_DEPTH)
         standing &= ~self.of_robot[geoms].all(axis=1)
@@ -140,8 +143,6 @@ class HullJudge:
             is_self = bool(self.of_robot[b])
             link, other = self.link[a], self.link[b] if is_self else self.other[b]
             pair = (min(link, other), max(link, other))
-            if is_self and (link == other or pair in self.robot.model.ignore):
-                continue
             found = deepest.get(pair)
             if found is None or found.depth < depths[k]:
                 deepest[pair] = Clash(link=link, other=other, depth=float(depths[k]), is_self=is_self)
@@ -167,32 +168,54 @@ class HullJudge:
                 return i, found
         return None
 
+    def pair_distance(self, q: Array, pair: tuple[str, str]) -> float:
+        """Return the distance between two links' hulls at (n,) q, at most `FAR` (m); `FAR` without shapes."""
+        import mujoco
+
+        self.data.qpos[self.rows] = q[self.source] * self.multiplier + self.offset
+        mujoco.mj_kinematics(self.model, self.data)
+        of_a, of_b = (self._colliding.get(link, ()) for link in pair)
+        distances = (
+            mujoco.mj_geomDistance(self.model, self.data, g, h, FAR, None) for g in of_a for h in of_b
+        )
+        return min(distances, default=FAR)
+
+    @cached_property
+    def _counts(self) -> Array:
+        """(g, g) whether an overlap of two geoms counts: one moves, none is skipped, they may not touch."""
+        links = sorted(set(self.link))
+        index = np.array([links.index(name) for name in self.link])
+        may = np.eye(len(links), dtype=bool)  # of the robot
+        for a, b in self.robot.model.ignore:
+            if a in links and b in links:
+                may[links.index(a), links.index(b)] = may[links.index(b), links.index(a)] = True
+        may[[not name for name in links]] = may[:, [not name for name in links]] = False
+        counts = self.moves[:, None] | self.moves
+        counts &= ~(self.skipped[:, None] | self.skipped)
+        return counts & ~may[index[:, None], index]
+
+    @cached_property
+    def _colliding(self) -> dict[str, list[int]]:
+        """Link to its geoms that collide."""
+        collides = (self.model.geom_contype | self.model.geom_conaffinity) != 0
+        found: dict[str, list[int]] = {}
+        for geom in np.flatnonzero(collides):
+            found.setdefault(self.link[geom], []).append(int(geom))
+        return found
+
     def first_pair_clash(self, qs: Array) -> tuple[int, list[Clash]] | None:
         """Return the first of (b, n) configurations where links of the robot's rough pairs overlap.
 
         Distances between their hulls say how far the joints can move before the next look is needed.
         """
-        import mujoco
-
-        robot = self.robot
-        collides = (self.model.geom_contype | self.model.geom_conaffinity) != 0
-        index = {
-            name: [g for g, n in enumerate(self.link) if n == name and collides[g]] for name in robot.links
-        }
         if not len(qs):
             return None
-        for (a, b), reach in zip(robot.rough, robot.rough_reach, strict=True):
-            geoms = [(g, h) for g in index[a] for h in index[b]]
-            if not geoms:
-                continue
+        for pair, reach in zip(self.robot.rough, self.robot.rough_reach, strict=True):
             at, room = qs[0], 0.0
             for i, q in enumerate(qs):
                 if np.abs(q - at) @ reach < room:
                     continue
-                self.data.qpos[self.rows] = q[self.source] * self.multiplier + self.offset
-                mujoco.mj_kinematics(self.model, self.data)
-                room = min(mujoco.mj_geomDistance(self.model, self.data, g, h, FAR, None) for g, h in geoms)
-                at, room = q, room - SURE
+                at, room = q, self.pair_distance(q, pair) - SURE
                 if room > 0.0:
                     continue
                 found = self.clashes(q)

@@ -12,7 +12,8 @@ from roboyard.description.geometry import geometry_mesh, transformed_mesh
 from roboyard.description.model import Collision, Link, Mesh, RobotDescription, Sphere, Visual
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.errors import ConfigError
-from roboyard.planning.self_pairs import adjacent_pairs, ignored_pairs, rough_pairs
+from roboyard.planning.never_touching import proven_apart
+from roboyard.planning.self_pairs import adjacent_pairs, allowed_overlaps, ignored_pairs, rough_pairs
 from roboyard.planning.sphere_model import SphereModel
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 from roboyard.shapes.mesh import TriangleMesh
@@ -65,7 +66,7 @@ def fitted_model(
         tools=tuple(tools or leaves),
     )
     model = replace(model, ignore=ignored_pairs(model))
-    return replace(model, rough=rough_pairs(model))
+    return _judged(model)
 
 
 def covering_model(model: SphereModel, progress: Progress | None = None) -> SphereModel:
@@ -94,7 +95,15 @@ def covering_model(model: SphereModel, progress: Progress | None = None) -> Sphe
         gaps={name: gaps.get(name, 0.0) for name in names},
         self_buffer={name: model.self_buffer.get(name, BUFFER / 2) for name in names},
     )
-    return replace(made, rough=rough_pairs(made))
+    return _judged(made)
+
+
+def _judged(model: SphereModel) -> SphereModel:
+    """Return a model with the pairs for whose hulls its spheres are too rough."""
+    model = replace(model, rough=rough_pairs(model))
+    apart = proven_apart(model)
+    model = replace(model, rough=model.rough - apart, apart=apart)
+    return replace(model, overlaps=allowed_overlaps(model))
 
 
 def _spheres(

@@ -242,8 +242,9 @@ class Planner:
         region: BoundConstraint | None,
     ) -> Plan:
         postures = np.concatenate([start[None], goals])
-        arrays, relaxed = relax(self.robot.arrays, self.obstacles.arrays, postures)
-        judged = relaxed or not self._covers or bool(self.robot.rough)
+        arrays, relaxed = relax(self.robot.search_arrays, self.obstacles.arrays, postures)
+        allows = self.robot.search_arrays is not self.robot.arrays
+        judged = relaxed or allows or not self._covers or bool(self.robot.rough)
         timing = 0.0
         touching = ""
         exact, until = False, begin + SPHERES_FIRST * (deadline - begin)

@@ -10,7 +10,7 @@ from roboyard._lazy import lazy_module
 from roboyard.description.model import RobotDescription
 from roboyard.planning.kernels.arrays import work_for
 from roboyard.planning.obstacles import Obstacles
-from roboyard.planning.sphere_model import Pair, SphereModel, sphere_robot
+from roboyard.planning.sphere_model import Pair, SphereModel, link_contents, sphere_robot
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 
 _checker = lazy_module("roboyard.planning.kernels.checker")
@@ -23,7 +23,11 @@ NEVER = 0.02
 ROUGH = 0.2
 """Share of postures in which spheres of a pair overlap from which its hulls are looked at."""
 JUDGED = 5_000
-"""Postures in which hulls must not touch for spheres to count as too rough."""
+"""Postures in which hulls must not touch for spheres to count as too rough, and overlaps are measured."""
+FALSE = 0.01
+"""Share of postures in which spheres of a pair overlap and its hulls do not that allows overlaps."""
+MISSED = 3.0
+"""How much worse an allowed overlap is where hulls touch than a forbidden one where they do not."""
 VERSION = 1
 
 
@@ -35,12 +39,7 @@ def ignored_pairs(model: SphereModel, seed: int = 0) -> frozenset[Pair]:
     """
     names = [link.name for link in model.description.links if model.spheres.get(link.name)]
     adjacent = adjacent_pairs(model.description, names)
-    joints = [
-        (j.name, j.type, j.parent, j.child, j.origin.position, j.origin.quaternion, j.axis, j.limit, j.mimic)
-        for j in model.description.depth_first_joints
-    ]
-    spheres = [(name, model.spheres[name]) for name in names]
-    key = content_key("pairs", VERSION, joints, spheres, dict(model.retract), sorted(adjacent), seed)
+    key = content_key("pairs", VERSION, *link_contents(model), dict(model.retract), sorted(adjacent), seed)
     stored = load_arrays("pairs", key)
     if stored is None:
         stored = {"pairs": np.array(sorted(adjacent | _sampled(model, adjacent, seed)), dtype=str)}
@@ -74,19 +73,75 @@ def rough_pairs(model: SphereModel, seed: int = 0) -> frozenset[Pair]:
 
     Their spheres would close postures that are free, so that only exact shapes judge them.
     """
-    names = [link.name for link in model.description.links if model.spheres.get(link.name)]
-    joints = [
-        (j.name, j.type, j.parent, j.child, j.origin.position, j.origin.quaternion, j.axis, j.limit, j.mimic)
-        for j in model.description.depth_first_joints
-    ]
-    spheres = [(name, model.spheres[name]) for name in names]
-    key = content_key("rough", VERSION, ROUGH, joints, spheres, sorted(model.ignore), seed)
+    key = content_key("rough", VERSION, ROUGH, *link_contents(model), seed)
     stored = load_arrays("rough", key)
     if stored is None:
         found = sorted(_rough(model, seed))
         stored = {"pairs": np.array(found, dtype=str).reshape(-1, 2)}
         store_arrays("rough", key, stored)
     return frozenset((str(a), str(b)) for a, b in stored["pairs"].reshape(-1, 2))
+
+
+def allowed_overlaps(model: SphereModel, seed: int = 0) -> dict[Pair, float]:
+    """Return pairs of links, names sorted, and how deep their spheres may overlap in a search (m); cached.
+
+    Spheres are larger than the hulls that they enclose. The depth is the one that tells postures whose hulls
+    touch from those whose hulls do not with the fewest errors over random postures; exact shapes judge what a
+    search with it finds.
+    """
+    key = content_key(
+        "overlaps", VERSION, FALSE, MISSED, *link_contents(model), sorted(model.rough | model.apart), seed
+    )
+    stored = load_arrays("overlaps", key)
+    if stored is None:
+        found = _overlaps(model, seed)
+        stored = {
+            "pairs": np.array(list(found), dtype=str).reshape(-1, 2),
+            "depths": np.array(list(found.values()), dtype=float),
+        }
+        store_arrays("overlaps", key, stored)
+    rows = zip(stored["pairs"].reshape(-1, 2), stored["depths"], strict=True)
+    return {(str(a), str(b)): float(depth) for (a, b), depth in rows}
+
+
+def _overlaps(model: SphereModel, seed: int) -> dict[Pair, float]:
+    if not model.coordinate_names:
+        return {}
+    from roboyard.planning.hull_judge import judge_of
+
+    robot = sphere_robot(model, model.coordinate_names)
+    arrays, world = robot.arrays, Obstacles().arrays
+    if not len(arrays.pairs):
+        return {}
+    random = np.random.default_rng(seed)
+    postures = random.uniform(arrays.lower, arrays.upper, (JUDGED, len(arrays.lower)))
+    work = work_for(arrays, world)
+    depths, links = np.zeros((JUDGED, len(arrays.pairs))), np.zeros(len(arrays.node))
+    for q, row in zip(postures, depths, strict=True):
+        _checker().all_gaps(arrays, world, q, 0.0, 0.0, work, links, row)
+    depths = -depths
+    named = [tuple(sorted((robot.links[a], robot.links[b]))) for a, b in arrays.pairs]
+    touching = np.zeros(depths.shape, dtype=bool)
+    column = {pair: p for p, pair in enumerate(named)}
+    judge = judge_of(robot, ())
+    for i in np.flatnonzero((depths > 0).any(axis=1)):
+        for clash in judge.clashes(postures[i]):
+            p = column.get((min(clash.link, clash.other), max(clash.link, clash.other)))
+            if p is not None:
+                touching[i, p] = True
+    found = {}
+    for p, pair in enumerate(named):
+        free, hit = np.sort(depths[~touching[:, p], p]), np.sort(depths[touching[:, p], p])
+        free = free[free > 0]
+        if len(free) < FALSE * JUDGED:
+            continue
+        forbidden = len(free) - 1 - np.arange(len(free))  # of the free ones, with the depth of each allowed
+        allowed = np.searchsorted(hit, free, side="right")
+        cost = forbidden + MISSED * allowed
+        best = int(np.argmin(cost))
+        if cost[best] < len(free):
+            found[pair] = float(free[best])
+    return found
 
 
 def _rough(model: SphereModel, seed: int) -> set[Pair]:

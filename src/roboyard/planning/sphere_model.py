@@ -41,6 +41,10 @@ class SphereModel:
     """Whether some shapes, such as those of held bodies, may end farther outside their spheres."""
     rough: frozenset[Pair] = frozenset()
     """Pairs of links, names sorted, that only exact shapes judge: their spheres are too rough."""
+    apart: frozenset[Pair] = frozenset()
+    """Pairs of links, names sorted, whose hulls are proven never to touch."""
+    overlaps: Mapping[Pair, float] = field(default_factory=dict)
+    """Pairs of links, names sorted, to the depth by which a search lets their spheres overlap (m)."""
     retract: Mapping[str, float] = field(default_factory=dict)
     """Joint name to the rest position (rad or m)."""
     locked: Mapping[str, float] = field(default_factory=dict)
@@ -77,6 +81,8 @@ class SphereRobot:
     held: Mapping[str, float]
     """Joint name to the position of every joint outside the group (rad or m)."""
     arrays: RobotArrays
+    search_arrays: RobotArrays
+    """`arrays` whose pairs may overlap as far as a search may let them; exact shapes judge the rest."""
     rough: tuple[Pair, ...] = ()
     """(r) pairs of links that only exact shapes judge and that the joints move relative to each other."""
     rough_reach: Array = field(default_factory=lambda: np.zeros((0, 0)))
@@ -139,9 +145,19 @@ def sphere_robot(
         order=order,
         held=others,
         arrays=arrays,
+        search_arrays=_with_overlaps(model, names, arrays),
         rough=rough,
         rough_reach=rough_reach,
     )
+
+
+def _with_overlaps(model: SphereModel, names: list[str], arrays: RobotArrays) -> RobotArrays:
+    """Return arrays with smaller paddings of the pairs whose spheres may overlap; the same where none may."""
+    named = [(min(names[a], names[b]), max(names[a], names[b])) for a, b in arrays.pairs]
+    if not any(pair in model.overlaps for pair in named):
+        return arrays
+    depths = np.array([model.overlaps.get(pair, 0.0) for pair in named])
+    return arrays._replace(pair_pad=arrays.pair_pad - depths)
 
 
 def _rough(
@@ -222,11 +238,12 @@ def bounding_sphere(spheres: Array) -> Array:
 
 def _pairs(model: SphereModel, node: Indices, names: Sequence[str]) -> Indices:
     """Return the (p, 2) pairs of links that can move relative to each other and may not touch."""
+    unchecked = model.ignore | model.rough | model.apart
     found = [
         (i, j)
         for i, a in enumerate(names)
         for j, b in enumerate(names[i + 1 :], start=i + 1)
-        if node[i] != node[j] and (min(a, b), max(a, b)) not in model.ignore | model.rough
+        if node[i] != node[j] and (min(a, b), max(a, b)) not in unchecked
     ]
     return np.array(found, dtype=np.int64).reshape(-1, 2)
 
@@ -290,3 +307,13 @@ def _pair_reach(chain: ChainArrays, node: Indices, pairs: Indices, reach: Array)
 def sorted_pairs(ignore: Mapping[str, Iterable[str]]) -> frozenset[Pair]:
     """Return the pairs of a mapping of links to links, names sorted."""
     return frozenset((min(a, b), max(a, b)) for a, others in ignore.items() for b in others)
+
+
+def link_contents(model: SphereModel) -> tuple[object, ...]:
+    """Return what says whether a robot's links touch: its joints, spheres and ignored pairs."""
+    names = [link.name for link in model.description.links if model.spheres.get(link.name)]
+    joints = [
+        (j.name, j.type, j.parent, j.child, j.origin.position, j.origin.quaternion, j.axis, j.limit, j.mimic)
+        for j in model.description.depth_first_joints
+    ]
+    return joints, [(name, model.spheres[name]) for name in names], sorted(model.ignore)
