@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from roboyard._lazy import lazy_module
 from roboyard.planning.kernels.arrays import Array, RobotArrays, Work, WorldArrays, work_for
 from roboyard.planning.trajectory import Trajectory
 
+_checker = lazy_module("roboyard.planning.kernels.checker")
 _sampling = lazy_module("roboyard.planning.kernels.sampling")
 _shortcuts = lazy_module("roboyard.planning.kernels.shortcuts")
 _motion = lazy_module("roboyard.planning.kernels.motion")
@@ -100,6 +102,15 @@ def shorten(space: SearchSpace, path: Array, *, rounds: int, seed: int, margin: 
     count = _shortcuts().cut(robot, world, rows, count, rounds, margin, random, points, work, sweep)
     count = _shortcuts().pull(robot, world, rows, count, 30, margin, points, work, sweep)
     return rows[:count].copy()
+
+
+def is_free_path(space: SearchSpace, path: Array) -> bool:
+    """Whether the straight motions between (w, n) way points, and those themselves, are free."""
+    checker, motion = _checker(), _motion()
+    robot, world, work = space.robot, space.world, space.work
+    return all(checker.is_free(robot, world, q, 0.0, work) for q in path) and all(
+        motion.motion_free(robot, world, a, b, 0.0, work, space.sweep) for a, b in pairwise(path)
+    )
 
 
 def time_path(

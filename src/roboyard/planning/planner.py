@@ -24,7 +24,14 @@ from roboyard.planning.goals import Goal, PoseGoal, PostureSolution, nearest_app
 from roboyard.planning.hull_judge import Clash, HullJudge, is_judged, judge_of
 from roboyard.planning.hull_search import hull_path
 from roboyard.planning.obstacles import Obstacle, Obstacles
-from roboyard.planning.path_search import SearchSpace, find_path, shorten, shorter_box, time_path
+from roboyard.planning.path_search import (
+    SearchSpace,
+    find_path,
+    is_free_path,
+    shorten,
+    shorter_box,
+    time_path,
+)
 from roboyard.planning.relaxation import ROOM, raise_padding, relax
 from roboyard.planning.sphere_model import SphereModel, SphereRobot, sphere_robot
 from roboyard.planning.trajectory import Outcome, Plan, Trajectory, path_length
@@ -150,6 +157,11 @@ class Planner:
         """Whether spheres contain the exact shapes: what is free of spheres is free, but for rough pairs."""
         return bool(self.robot.model.gaps) and not self.robot.model.is_loose
 
+    @property
+    def _spheres_suffice(self) -> bool:
+        """Whether what is free of spheres is free."""
+        return self._covers and not self.robot.rough
+
     def warm_up(self) -> None:
         """Load the kernels, or compile them on their first use on this machine, and build the judge."""
         compile_loops()
@@ -244,7 +256,7 @@ class Planner:
         postures = np.concatenate([start[None], goals])
         arrays, relaxed = relax(self.robot.search_arrays, self.obstacles.arrays, postures)
         allows = self.robot.search_arrays is not self.robot.arrays
-        judged = relaxed or allows or not self._covers or bool(self.robot.rough)
+        judged = relaxed or allows or not self._spheres_suffice
         timing = 0.0
         touching = ""
         exact, until = False, begin + SPHERES_FIRST * (deadline - begin)
@@ -268,11 +280,16 @@ class Planner:
                     exact = True
                 continue
             middle = time.perf_counter()
+            sure = not (judged or exact)
+            if allows and not relaxed and not exact and self._spheres_suffice:
+                whole = SearchSpace.of(self.robot.arrays, self.obstacles.arrays)
+                if is_free_path(whole, path):  # without the overlaps that the search allowed
+                    space, sure = whole, True
             corners = 0.0 if exact or attempt > 2 else 1.0
             trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=corners)
             if region is not None and not region.inside(trajectory.dense(JUDGED_STEP), 1.0 + 1e-6).all():
                 trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=0.0)
-            refused = self._first_clash(trajectory) if judged or exact else None
+            refused = None if sure else self._first_clash(trajectory)
             timing += time.perf_counter() - middle
             if refused is None:
                 reached = int(np.argmin(np.linalg.norm(goals - path[-1], axis=1)))
@@ -407,7 +424,7 @@ class Planner:
         free = np.empty(1, dtype=np.uint8)
         checker = self.checker
         _checker().free_batch(arrays, world, q[None].copy(), 0.0, checker.work, free)
-        if free[0] and self._covers and not self.robot.rough:
+        if free[0] and self._spheres_suffice:
             return ""
         found = self.judge.clashes(q)
         if not found:
