@@ -29,7 +29,7 @@ from roboyard.description import load_description
 from roboyard.planning.hull_judge import HullJudge, judge_of
 from roboyard.planning.planner import Planner
 from roboyard.planning.problem_files import ProblemFile, load_model, load_problems
-from roboyard.planning.sphere_model import sphere_robot
+from roboyard.planning.spheres.sphere_model import sphere_robot
 
 CLEARANCE = 0.008
 """Distance of starts and goals from obstacles (m)."""
@@ -85,8 +85,8 @@ SCENES: dict[str, Callable[[np.random.Generator, float], list[dict[str, object]]
 
 def make(out: Path, urdf: Path, scene: str, count: int, seed: int, joints: Sequence[str] | None) -> None:
     """Write seeded problems whose straight lines are blocked, and whose ends keep a clearance."""
-    from roboyard.planning.link_fit import fitted_model
     from roboyard.planning.problem_files import _obstacles
+    from roboyard.planning.spheres.link_fit import fitted_model
 
     rng = np.random.default_rng(seed)
     model = fitted_model(load_description(urdf), progress=print)

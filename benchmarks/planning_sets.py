@@ -42,7 +42,7 @@ from roboyard.planning import (
     load_planner_file,
 )
 from roboyard.planning.hull_judge import judge_of
-from roboyard.planning.sphere_model import SphereRobot, sphere_robot
+from roboyard.planning.spheres.sphere_model import SphereRobot, sphere_robot
 
 VELOCITY, ACCELERATION, JERK = 2.0, 15.0, 500.0
 """Limits where the files have none (rad/s, rad/s², rad/s³)."""

@@ -10,7 +10,7 @@ from roboyard.description.model import Box, Capsule, Cylinder, Heightfield, Mesh
 from roboyard.kinematics import forward_kinematics
 from roboyard.planning import CollisionChecker, Obstacle, Obstacles, SphereModel, sphere_robot
 from roboyard.planning.kernels.arrays import Work
-from roboyard.planning.sphere_model import SphereRobot
+from roboyard.planning.spheres.sphere_model import SphereRobot
 from roboyard.shapes import primitives
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.transforms import normalized

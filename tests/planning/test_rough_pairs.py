@@ -14,10 +14,10 @@ from roboyard.planning.attached import Attached, with_attached
 from roboyard.planning.hull_judge import judge_of
 from roboyard.planning.kernels.arrays import work_for
 from roboyard.planning.kernels.checker import is_free
-from roboyard.planning.never_touching import never_touch, proven_apart
 from roboyard.planning.obstacles import Obstacles
-from roboyard.planning.self_pairs import adjacent_pairs, allowed_overlaps, rough_pairs
-from roboyard.planning.sphere_model import sphere_robot
+from roboyard.planning.spheres.never_touching import never_touch, proven_apart
+from roboyard.planning.spheres.self_pairs import adjacent_pairs, allowed_overlaps, rough_pairs
+from roboyard.planning.spheres.sphere_model import sphere_robot
 
 
 def tower(gap: float) -> SphereModel:

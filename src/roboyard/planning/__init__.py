@@ -23,18 +23,18 @@ _HOMES = {
     "Planner": "roboyard.planning.planner",
     "PoseGoal": "roboyard.planning.goals",
     "RobotPlanner": "roboyard.planning.robot_planner",
-    "SphereModel": "roboyard.planning.sphere_model",
+    "SphereModel": "roboyard.planning.spheres.sphere_model",
     "Trajectory": "roboyard.planning.trajectory",
     "cloud_field": "roboyard.planning.distance_fields",
-    "covering_model": "roboyard.planning.link_fit",
-    "fitted_model": "roboyard.planning.link_fit",
+    "covering_model": "roboyard.planning.spheres.link_fit",
+    "fitted_model": "roboyard.planning.spheres.link_fit",
     "keep_upright": "roboyard.planning.constraints",
     "load_planner_file": "roboyard.planning.planner_files",
     "on_line": "roboyard.planning.constraints",
     "planner_for": "roboyard.planning.robot_planner",
     "load_problems": "roboyard.planning.problem_files",
     "solve_problems": "roboyard.planning.problem_files",
-    "sphere_robot": "roboyard.planning.sphere_model",
+    "sphere_robot": "roboyard.planning.spheres.sphere_model",
     "turned_goals": "roboyard.planning.goals",
 }
 
@@ -72,14 +72,14 @@ if TYPE_CHECKING:
     from roboyard.planning.constraints import PathConstraint, keep_upright, on_line
     from roboyard.planning.distance_fields import DistanceField, cloud_field
     from roboyard.planning.goals import PoseGoal, turned_goals
-    from roboyard.planning.link_fit import covering_model, fitted_model
     from roboyard.planning.obstacles import Obstacle, Obstacles
     from roboyard.planning.planner import Planner
     from roboyard.planning.planner_files import load_planner_file
     from roboyard.planning.problem_files import load_problems, solve_problems
     from roboyard.planning.reactive import Follower
     from roboyard.planning.robot_planner import RobotPlanner, planner_for
-    from roboyard.planning.sphere_model import SphereModel, sphere_robot
+    from roboyard.planning.spheres.link_fit import covering_model, fitted_model
+    from roboyard.planning.spheres.sphere_model import SphereModel, sphere_robot
     from roboyard.planning.trajectory import Plan, Trajectory
 
 __getattr__ = lazy_names(__name__, _HOMES)

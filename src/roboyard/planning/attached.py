@@ -10,7 +10,7 @@ import numpy as np
 
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.planning.body_points import body_points
-from roboyard.planning.sphere_model import SphereModel
+from roboyard.planning.spheres.sphere_model import SphereModel
 from roboyard.transforms import Array, inverse_pose, pose_matrix
 
 if TYPE_CHECKING:

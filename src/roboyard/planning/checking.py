@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from roboyard._lazy import lazy_module
 from roboyard.planning.kernels.arrays import work_for
 from roboyard.planning.obstacles import Obstacles
-from roboyard.planning.sphere_model import SphereRobot
+from roboyard.planning.spheres.sphere_model import SphereRobot
 from roboyard.transforms import Array
 
 _checker = lazy_module("roboyard.planning.kernels.checker")

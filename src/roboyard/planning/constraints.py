@@ -18,7 +18,7 @@ from roboyard.planning.trajectory import Outcome
 from roboyard.transforms import Array, inverse_pose
 
 if TYPE_CHECKING:
-    from roboyard.planning.sphere_model import SphereRobot
+    from roboyard.planning.spheres.sphere_model import SphereRobot
 
 FREE = np.inf
 DEEPER = 0.6

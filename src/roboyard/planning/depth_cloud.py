@@ -10,7 +10,7 @@ from roboyard.errors import ConfigError
 from roboyard.kinematics import forward_kinematics
 from roboyard.planning.distance_fields import cloud_field
 from roboyard.planning.obstacles import Obstacle
-from roboyard.planning.sphere_model import SphereRobot
+from roboyard.planning.spheres.sphere_model import SphereRobot
 from roboyard.rendering.camera import Camera
 from roboyard.transforms import Array
 

@@ -13,7 +13,7 @@ from roboyard.kinematics.chain import ChainArrays
 from roboyard.transforms import Array, inverse_pose, multiply, pose_matrix, quaternion_from_axis_angle
 
 if TYPE_CHECKING:
-    from roboyard.planning.sphere_model import SphereRobot
+    from roboyard.planning.spheres.sphere_model import SphereRobot
 
 TOLERANCE_POSITION, TOLERANCE_ORIENTATION = 1e-4, 1e-3
 """Largest errors of an inverse kinematics solution (m, rad)."""

@@ -16,7 +16,7 @@ from roboyard.kinematics.joint_order import single_dof_joints
 from roboyard.planning.attached import Attached
 from roboyard.planning.distance_fields import DistanceField
 from roboyard.planning.obstacles import Obstacle
-from roboyard.planning.sphere_model import SphereRobot
+from roboyard.planning.spheres.sphere_model import SphereRobot
 from roboyard.transforms import Array, quaternion_from_matrix, to_wxyz
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ from roboyard.planning.path_search import (
     time_path,
 )
 from roboyard.planning.relaxation import ROOM, raise_padding, relax
-from roboyard.planning.sphere_model import SphereModel, SphereRobot, sphere_robot
+from roboyard.planning.spheres.sphere_model import SphereModel, SphereRobot, sphere_robot
 from roboyard.planning.trajectory import Outcome, Plan, Trajectory, path_length
 from roboyard.transforms import Array
 

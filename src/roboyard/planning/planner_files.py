@@ -9,8 +9,8 @@ from typing import Any
 from roboyard.description.model import RobotDescription
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.errors import ConfigError, unknown_name
-from roboyard.planning.self_pairs import adjacent_pairs
-from roboyard.planning.sphere_model import SphereModel, sorted_pairs
+from roboyard.planning.spheres.self_pairs import adjacent_pairs
+from roboyard.planning.spheres.sphere_model import SphereModel, sorted_pairs
 from roboyard.untrusted.yaml_reading import read_yaml
 
 MAX_BYTES = 64 << 20

@@ -27,11 +27,11 @@ from roboyard.description import load_description
 from roboyard.description.model import Box, Capsule, Cylinder, Mesh, Pose, Sphere
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.planning.goals import Goal, PoseGoal
-from roboyard.planning.link_fit import covering_model, fitted_model
 from roboyard.planning.obstacles import Obstacle, Shape
 from roboyard.planning.planner import Planner
 from roboyard.planning.planner_files import load_planner_file
-from roboyard.planning.sphere_model import SphereModel
+from roboyard.planning.spheres.link_fit import covering_model, fitted_model
+from roboyard.planning.spheres.sphere_model import SphereModel
 from roboyard.planning.trajectory import Plan
 from roboyard.transforms import normalized
 from roboyard.untrusted.json_reading import read_json

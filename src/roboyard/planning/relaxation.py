@@ -9,7 +9,7 @@ import numpy as np
 from roboyard._lazy import lazy_module
 from roboyard.planning.hull_judge import Clash
 from roboyard.planning.kernels.arrays import Array, RobotArrays, WorldArrays, work_for
-from roboyard.planning.sphere_model import SphereRobot
+from roboyard.planning.spheres.sphere_model import SphereRobot
 
 _checker = lazy_module("roboyard.planning.kernels.checker")
 

@@ -13,12 +13,12 @@ from roboyard.planning.attached import Attached, with_attached
 from roboyard.planning.depth_cloud import depth_obstacle
 from roboyard.planning.goals import Goal, PoseGoal, PostureSolution
 from roboyard.planning.hull_judge import HullJudge
-from roboyard.planning.link_fit import covering_model, fitted_model
 from roboyard.planning.live_world import WorldObstacles
 from roboyard.planning.obstacles import Obstacle, Obstacles
 from roboyard.planning.planner import Planner
 from roboyard.planning.planner_files import load_planner_file
-from roboyard.planning.sphere_model import SphereModel, sphere_robot
+from roboyard.planning.spheres.link_fit import covering_model, fitted_model
+from roboyard.planning.spheres.sphere_model import SphereModel, sphere_robot
 from roboyard.planning.trajectory import Plan
 from roboyard.transforms import pose_matrix
 

@@ -18,7 +18,7 @@ from roboyard.kinematics import forward_kinematics, solve_ik_batch
 from roboyard.planning.checking import CollisionChecker
 from roboyard.planning.obstacles import Obstacles
 from roboyard.planning.planner import Planner
-from roboyard.planning.sphere_model import SphereModel, SphereRobot, sphere_robot
+from roboyard.planning.spheres.sphere_model import SphereModel, SphereRobot, sphere_robot
 from roboyard.skills.worker import Worker
 from roboyard.transforms import Array, inverse_pose
 

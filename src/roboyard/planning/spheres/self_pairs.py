@@ -10,7 +10,7 @@ from roboyard._lazy import lazy_module
 from roboyard.description.model import RobotDescription
 from roboyard.planning.kernels.arrays import work_for
 from roboyard.planning.obstacles import Obstacles
-from roboyard.planning.sphere_model import Pair, SphereModel, link_contents, sphere_robot
+from roboyard.planning.spheres.sphere_model import Pair, SphereModel, link_contents, sphere_robot
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 
 _checker = lazy_module("roboyard.planning.kernels.checker")
@@ -85,9 +85,8 @@ def rough_pairs(model: SphereModel, seed: int = 0) -> frozenset[Pair]:
 def allowed_overlaps(model: SphereModel, seed: int = 0) -> dict[Pair, float]:
     """Return pairs of links, names sorted, and how deep their spheres may overlap in a search (m); cached.
 
-    Spheres are larger than the hulls that they enclose. The depth is the one that tells postures whose hulls
-    touch from those whose hulls do not with the fewest errors over random postures; exact shapes judge what a
-    search with it finds.
+    Spheres are larger than the hulls that they enclose. The depth is the one that separates random postures
+    whose hulls touch from the others with the fewest errors; exact shapes judge what a search with it finds.
     """
     key = content_key(
         "overlaps", VERSION, FALSE, MISSED, *link_contents(model), sorted(model.rough | model.apart), seed

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.planning.hull_judge import SURE, HullJudge, judge_of
-from roboyard.planning.sphere_model import Pair, SphereModel, link_contents, sphere_robot
+from roboyard.planning.spheres.sphere_model import Pair, SphereModel, link_contents, sphere_robot
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 from roboyard.transforms import Array
 

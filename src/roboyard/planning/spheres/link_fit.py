@@ -12,9 +12,9 @@ from roboyard.description.geometry import geometry_mesh, transformed_mesh
 from roboyard.description.model import Collision, Link, Mesh, RobotDescription, Sphere, Visual
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.errors import ConfigError
-from roboyard.planning.never_touching import proven_apart
-from roboyard.planning.self_pairs import adjacent_pairs, allowed_overlaps, ignored_pairs, rough_pairs
-from roboyard.planning.sphere_model import SphereModel
+from roboyard.planning.spheres.never_touching import proven_apart
+from roboyard.planning.spheres.self_pairs import adjacent_pairs, allowed_overlaps, ignored_pairs, rough_pairs
+from roboyard.planning.spheres.sphere_model import SphereModel
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.transforms import Array
