@@ -1,10 +1,12 @@
 """Motion planning of the same problems by Roboyard, mplib, OMPL and pybullet_planning, where installed.
 
     python benchmarks/planning.py make PROBLEMS.json [URDF] [--scene table|shelf|cage] [--count 100]
+    python benchmarks/planning.py scenes [URDF] [--count 30]
     python benchmarks/planning.py run PROBLEMS.json [PROBLEMS.json ...] [--with ours,mplib,ompl,pybullet]
 
-Each path is replayed in MuJoCo with the hulls of the collision shapes every 0.01 rad. Times are CPU
-seconds of path and shortening; for ours the timing is included. A planner that is not installed is skipped.
+`scenes` makes problems in all three scenes and runs them. Each path is replayed in MuJoCo with the hulls of
+the collision shapes every 0.01 rad. Times are CPU seconds of path and shortening; for ours the timing is
+included. A planner that is not installed is skipped.
 """
 
 from __future__ import annotations
@@ -453,8 +455,18 @@ def main(arguments: Sequence[str]) -> None:
     running = commands.add_parser("run")
     running.add_argument("files", type=Path, nargs="+")
     running.add_argument("--with", dest="chosen", default=",".join(PLANNERS))
+    both = commands.add_parser("scenes")
+    both.add_argument("urdf", type=Path, nargs="?", default=ARM)
+    both.add_argument("--count", type=int, default=30)
+    both.add_argument("--seed", type=int, default=0)
     given = parser.parse_args(arguments)
-    if given.command == "make":
+    if given.command == "scenes":
+        with tempfile.TemporaryDirectory() as folder:
+            files = [Path(folder) / f"{given.urdf.stem} {scene}.json" for scene in SCENES]
+            for scene, file in zip(SCENES, files, strict=True):
+                make(file, given.urdf, scene, given.count, given.seed, None)
+            run(files, list(PLANNERS))
+    elif given.command == "make":
         joints = given.joints.split(",") if given.joints else None
         make(given.out, given.urdf, given.scene, given.count, given.seed, joints)
     else:

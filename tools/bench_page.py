@@ -73,6 +73,14 @@ BENCHMARKS = (
         reading="Seeded problems; path, shortening and timing on one core. MuJoCo replays each motion.",
         quick=("--count", "30", "--only", "arm7"),
     ),
+    Benchmark(
+        name="planning",
+        title="Motion planning beside other planners",
+        reading="The same problems for all, on one core; CPU time of a path, and of its timing for Roboyard. "
+        "`valid`: free in MuJoCo every 0.01 rad. `length / ours` above 1: Roboyard's path is shorter.",
+        arguments=("scenes",),
+        quick=("scenes", "--count", "5"),
+    ),
     Benchmark(name="pool", title="Adding bodies one by one", reading="With the body pool and without."),
     Benchmark(name="import", title="An import", reading="The bundled R1 from its vendor file."),
 )
