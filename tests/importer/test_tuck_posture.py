@@ -10,6 +10,7 @@ from roboyard.description.robot_model import CollisionSphere, RobotModel
 from roboyard.importer.planning.self_collision import PostureSampler, adjacent_pairs
 from roboyard.importer.planning.sphere_pairs import SphereSets
 from roboyard.importer.planning.tuck_posture import GAP, tuck_posture
+from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.morphology.analyze import infer_semantics
 
 WHEEL = """<link name="{name}"><collision><origin rpy="1.5707963 0 0"/><geometry>
@@ -87,3 +88,23 @@ def test_an_arm_on_the_floor_and_a_base_without_arms_have_no_tucked_posture() ->
     for model in (robot(arm("p", 0.15), wheels=False), robot()):
         rest = {joint.name: 0.0 for joint in model.description.joints}
         assert tuck_posture(model, rest, spheres(model), ignored(model)) == {}
+
+
+def test_a_shape_without_spheres_keeps_above_the_floor_in_the_tucked_posture() -> None:
+    """Such as the box that some vendors draw around a hand; it stood on the floor."""
+    box = '<link name="guard"><collision><geometry><box size="0.1 0.1 1.1"/></geometry></collision></link>'
+    fixed = '<joint name="guard_joint" type="fixed"><parent link="p5"/><child link="guard"/></joint>'
+    model = robot(arm("p", 0.15) + box + fixed)
+    rest = {joint.name: 0.0 for joint in model.description.joints if joint.is_moving}
+    own = {name: balls for name, balls in spheres(model).items() if name != "guard"}
+    tucked = tuck_posture(model, rest, own, ignored(model))
+    assert tucked
+    guard = forward_kinematics(model.description, tucked)["guard"]
+    corners = (
+        guard[:3, 3]
+        + np.array([(x, y, z) for x in (-0.05, 0.05) for y in (-0.05, 0.05) for z in (-0.55, 0.55)])
+        @ guard[:3, :3].T
+    )
+    assert corners[:, 2].min() > 0.05 - 1e-9
+    free = tuck_posture(robot(arm("p", 0.15)), rest, own, ignored(model))
+    assert free != {name: tucked[name] for name in free}, "the box makes a difference"

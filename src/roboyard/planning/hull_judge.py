@@ -181,7 +181,7 @@ class HullJudge:
         return min(distances, default=FAR)
 
     @cached_property
-    def _counts(self) -> Array:
+    def _counts(self) -> np.ndarray:
         """(g, g) whether an overlap of two geoms counts: one moves, none is skipped, they may not touch."""
         links = sorted(set(self.link))
         index = np.array([links.index(name) for name in self.link])

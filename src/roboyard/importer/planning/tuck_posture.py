@@ -16,6 +16,7 @@ from roboyard.description.robot_model import CollisionSphere, RobotModel
 from roboyard.importer.planning.self_collision import PostureSampler, sample_range
 from roboyard.importer.planning.sphere_pairs import SphereSets
 from roboyard.kinematics.description_poses import forward_kinematics
+from roboyard.morphology.point_model import PointModel
 from roboyard.transforms import Array
 
 TRIES = 1000
@@ -51,6 +52,15 @@ def tuck_posture(
         return {}
     sampler = PostureSampler(robot.description)
     sets = SphereSets.of(names, spheres)
+    figure = PointModel(robot.description)
+    carried = set().union(*(_moved(robot.description, arm.joints) for arm in arms))
+    standing = [link.name for link in robot.description.links if link.name not in carried]
+
+    def lowest(posture: Mapping[str, float], links: Sequence[str]) -> float:
+        poses = figure.poses({name: value for name, value in posture.items() if name in figure.home})
+        return float(figure.lowest(poses, links))
+
+    floor = lowest(rest, standing)
     allowed = _allowed(names, ignore)
     tucked = dict(rest)
     changed = False
@@ -60,7 +70,12 @@ def tuck_posture(
         own = [index for index, name in enumerate(names) if name in moved]
         if not own:
             continue
-        trial = _Trials(sampler, sets, names, own, allowed, touches, is_one_of_two=len(arms) > 1)
+
+        def collides(posture: Mapping[str, float], links: tuple[str, ...] = tuple(sorted(moved))) -> bool:
+            low = lowest(posture, links)  # also of shapes without spheres
+            return (np.isfinite(floor) and low < floor + FLOOR_GAP) or touches(posture)
+
+        trial = _Trials(sampler, sets, names, own, allowed, collides, is_one_of_two=len(arms) > 1)
         first = [_mirrored(robot.description, joints, arm.joints, tucked) for joints, ok in before if ok]
         found = trial.nearest(tucked, arm.joints, robot.description, [guess for guess in first if guess])
         if found is not None:
