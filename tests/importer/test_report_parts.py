@@ -8,15 +8,8 @@ import pytest
 from roboyard.description.loader import load_description
 from roboyard.description.robot_model import RobotModel
 from roboyard.description.semantic import REST, Arm, EndEffector, Gripper, MountedSensor, SemanticDescription
-from roboyard.importer.report.parts import (
-    ARMS,
-    BODY,
-    GRIPPER,
-    colours_of_links,
-    parts_section,
-    rest_frames,
-    view_of_parts,
-)
+from roboyard.importer.report.parts import parts_section, rest_frames, view_of_parts
+from roboyard.morphology.part_colours import ARMS, BODY, GRIPPER, colours_of_links
 
 
 @pytest.fixture
@@ -54,7 +47,11 @@ def robot() -> RobotModel:
 
 def test_links_have_the_colour_of_the_nearest_part_above(robot: RobotModel) -> None:
     expected = {"base": BODY, "upper": ARMS[0], "lower": ARMS[0], "camera": ARMS[0]}
-    assert colours_of_links(robot) == {**expected, "finger": GRIPPER, "flap": BODY}
+    assert colours_of_links(robot.description, robot.semantic) == {
+        **expected,
+        "finger": GRIPPER,
+        "flap": BODY,
+    }
 
 
 def test_the_floor_is_under_the_lowest_point_of_the_rest_posture(robot: RobotModel) -> None:

@@ -124,7 +124,8 @@ def test_sliders_span_the_limits_and_mimic_joints_are_disabled(inspect) -> None:
     assert (sliders["grip"].min, sliders["grip"].max) == (-0.2, 0.8)
     assert not sliders["grip"].disabled
     assert sliders["follow"].disabled
-    assert "from -0.2 to 0.8" in sliders["grip"].hint
+    assert "from -0.2 to 0.8 rad (-11° to 46°)" in sliders["grip"].hint
+    assert [mark.label for mark in sliders["grip"]._impl.props._marks] == ["-11°", "46°"]
     assert "effort 20" in sliders["grip"].hint
 
 
@@ -171,6 +172,23 @@ def test_gravity_can_be_switched_off(inspect) -> None:
     assert inspector.body.position[2] < 0.8
 
 
+def test_understood_parts_take_the_place_of_the_visual_meshes_and_have_a_legend() -> None:
+    inspector = Inspector(find_robot("rover"), port=0, quiet=True)
+    try:
+        panels, nodes = inspector.panels, inspector.viewer.nodes._shapes.values()
+        panels.switch("understood parts", True)
+        assert len(inspector.overlays.nodes("understood parts")) >= 5
+        assert not any(node.visible for node, shape in nodes if not shape.infinite)
+        assert panels.legend.visible
+        assert "mobile base, base: differential" in panels.legend.content
+        assert "wheels" in panels.legend.content and "left_wheel" in panels.legend.content
+        panels.switch("understood parts", False)
+        assert all(node.visible for node, _ in nodes)
+        assert not panels.legend.visible
+    finally:
+        inspector.close()
+
+
 def test_a_switch_on_the_page_shows_and_hides(inspect, browser, wait, planner_file: Path) -> None:
     inspector = inspect(planner_file=planner_file)
     page = browser(inspector.viewer)
@@ -181,6 +199,7 @@ def test_a_switch_on_the_page_shows_and_hides(inspect, browser, wait, planner_fi
         "frames": 4,
         "joint axes": 2,
         "contacts": 2,
+        "understood parts": 3,
         "planning spheres": 2,
         "sensors and tools": 0,
     }

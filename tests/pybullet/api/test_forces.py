@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 import roboyard.pybullet as p
 
@@ -76,3 +77,21 @@ def test_a_push_off_the_centre_of_a_massless_link_turns_the_body(client: int, tm
     linear, angular = p.getBaseVelocity(body)
     np.testing.assert_allclose(linear, [0, 0, 2.4 / 0.5 / 240], atol=1e-9)
     np.testing.assert_allclose(angular, [0, -0.2 * 2.4 / 0.02 / 240, 0], atol=1e-9)
+
+
+def test_whole_numbers_push_a_base_as_floats_do(client: int) -> None:
+    """Those too large for a float are refused, as by Python's own functions."""
+    speeds = []
+    for one in (1, 1.0):
+        body = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3]))
+        p.resetBasePositionAndOrientation(body, [0, 0, 1], p.getQuaternionFromEuler([0.3, 0.5, 0.7]))
+        p.applyExternalForce(body, -1, [3 * one, 0 * one, one], [0 * one, one, 0 * one], p.LINK_FRAME)
+        p.applyExternalTorque(body, -1, [0 * one, 2 * one, 0 * one], p.LINK_FRAME)
+        p.stepSimulation()
+        speeds.append(np.concatenate(p.getBaseVelocity(body)))
+        p.removeBody(body)
+    np.testing.assert_array_equal(*speeds)
+    assert np.abs(speeds[0]).max() > 0.1
+    body = p.createMultiBody(1.0)
+    with pytest.raises(OverflowError):
+        p.applyExternalForce(body, -1, [10**400, 0, 0], [0, 0, 0], p.LINK_FRAME)

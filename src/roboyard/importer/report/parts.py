@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
 from html import escape
 
@@ -11,9 +10,9 @@ import numpy as np
 
 from roboyard.description.model import Link
 from roboyard.description.robot_model import RobotModel
-from roboyard.description.semantic import SemanticDescription
 from roboyard.importer.report.pictures import drawn_shape, resting_frames
 from roboyard.kinematics.description_poses import forward_kinematics, vector_joints
+from roboyard.morphology.part_colours import colours_of_links, parts_of
 from roboyard.rendering import RenderShape
 from roboyard.reports.html import figure
 from roboyard.reports.pictures import RGBA, SceneView, gathered
@@ -21,72 +20,10 @@ from roboyard.shapes import primitives
 from roboyard.transforms import Array
 
 WIDTH, HEIGHT = 460, 480
-BODY: RGBA = (0.66, 0.69, 0.74, 1.0)
-"""Colour of links that belong to no part."""
 FLOOR: RGBA = (0.86, 0.88, 0.91, 1.0)
-ARMS: tuple[RGBA, ...] = ((0.20, 0.47, 0.85, 1.0), (0.16, 0.66, 0.80, 1.0), (0.45, 0.40, 0.85, 1.0))
-GRIPPER: RGBA = (0.93, 0.55, 0.15, 1.0)
-WHEEL: RGBA = (0.16, 0.18, 0.22, 1.0)
-CASTER: RGBA = (0.45, 0.47, 0.50, 1.0)
-LEGS: tuple[RGBA, ...] = (
-    (0.22, 0.62, 0.33, 1.0),
-    (0.50, 0.76, 0.30, 1.0),
-    (0.10, 0.48, 0.42, 1.0),
-    (0.66, 0.74, 0.20, 1.0),
-)
-HEAD: RGBA = (0.83, 0.33, 0.52, 1.0)
-TRUNK: RGBA = (0.58, 0.44, 0.32, 1.0)
 SENSOR: RGBA = (0.86, 0.16, 0.16, 1.0)
 MARKER = 0.02
 """Radius of a sensor's marker, as a share of the robot's size."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Part:
-    """A part of the robot with its colour."""
-
-    name: str
-    rgba: RGBA
-    joints: tuple[str, ...]
-
-
-def parts_of(semantic: SemanticDescription) -> tuple[Part, ...]:
-    """Return the parts that a robot was understood to have; sensors are apart, since they move no joint."""
-    found: list[Part] = []
-    for index, arm in enumerate(semantic.arms):
-        found.append(Part(name=f"arm {arm.name}", rgba=ARMS[index % len(ARMS)], joints=arm.joints))
-        gripper = arm.end_effector.gripper
-        joints = arm.end_effector.gripper_joints
-        if gripper is not None:
-            joints = (*joints, *gripper.joints, *gripper.mimic_joints)
-        if joints:
-            found.append(Part(name=f"gripper {arm.name}", rgba=GRIPPER, joints=tuple(dict.fromkeys(joints))))
-    owned = {joint for part in found for joint in part.joints}
-    for gripper in semantic.grippers:
-        joints = tuple(j for j in (*gripper.joints, *gripper.mimic_joints) if j not in owned)
-        if joints:
-            found.append(Part(name=f"gripper on {gripper.palm}", rgba=GRIPPER, joints=joints))
-    for index, leg in enumerate(semantic.legs):
-        found.append(Part(name=f"leg {leg.name}", rgba=LEGS[index % len(LEGS)], joints=leg.joints))
-    wheels = tuple(wheel.joint for wheel in semantic.wheels if not wheel.is_caster)
-    found.append(Part(name="wheels", rgba=WHEEL, joints=(*wheels, *semantic.steer_joints)))
-    found.append(Part(name="casters", rgba=CASTER, joints=semantic.caster_joints))
-    found.append(Part(name="trunk", rgba=TRUNK, joints=semantic.trunk_joints))
-    found.append(Part(name="head", rgba=HEAD, joints=semantic.head_joints))
-    return tuple(part for part in found if part.joints)
-
-
-def colours_of_links(robot: RobotModel) -> dict[str, RGBA]:
-    """Return the colour of each link: that of the part whose joint is the nearest above it."""
-    by_joint: dict[str, RGBA] = {}
-    for part in parts_of(robot.semantic):
-        for joint in part.joints:
-            by_joint.setdefault(joint, part.rgba)
-    colours = {robot.description.root.name: BODY}
-    for joint in robot.description.depth_first_joints:
-        moved = by_joint.get(joint.name, BODY) if joint.is_moving else colours[joint.parent]
-        colours[joint.child] = moved
-    return colours
 
 
 def view_of_parts(robot: RobotModel, frames: Mapping[str, Array], *, floor: bool) -> SceneView:
@@ -97,7 +34,7 @@ def view_of_parts(robot: RobotModel, frames: Mapping[str, Array], *, floor: bool
         frames: (4, 4) pose of each link in the root link's frame.
         floor: whether to lay a plate under the lowest point.
     """
-    colours, up = colours_of_links(robot), np.asarray(robot.semantic.up)
+    colours, up = colours_of_links(robot.description, robot.semantic), np.asarray(robot.semantic.up)
     links = [
         (link.name, frames[link.name], partial(_shapes, link, colours[link.name]))
         for link in robot.description.links

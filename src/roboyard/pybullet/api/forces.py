@@ -87,7 +87,10 @@ def _push_base(scene: PhysicsScene, body: int, force: Any, point: Any, torque: A
             fx = fy = fz = 0.0
             tx, ty, tz = torque
             total = tx + ty + tz
-    except (TypeError, ValueError):
+        if type(total) is int:  # such as [1, 0, 0]
+            fx, fy, fz, tx, ty, tz = float(fx), float(fy), float(fz), float(tx), float(ty), float(tz)
+            total = float(total)
+    except (TypeError, ValueError, OverflowError):
         return False
     if type(total) is not float or total - total != 0.0:
         return False

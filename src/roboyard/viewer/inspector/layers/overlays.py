@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from roboyard.viewer.inspector.layers.sphere_layer import SphereLayer
 from roboyard.viewer.scene.glb import glb
 
 if TYPE_CHECKING:
+    from roboyard.description.semantic import SemanticDescription
     from roboyard.sim.body import Body
     from roboyard.viewer.viewer import Viewer
 
@@ -25,6 +27,8 @@ YELLOW = (250, 200, 40)
 BLUE = (40, 110, 230)
 RED = (230, 40, 30)
 ORANGE = (250, 140, 20)
+PARTS = "understood parts"
+"""Overlay of the parts that the robot was understood to have, such as arms, legs and wheels, in colours."""
 COM_DENSITY = 8000.0
 """Density of the sphere that shows a link's mass (kg/m³)."""
 FORCE_LENGTH = 0.2
@@ -52,6 +56,7 @@ class Overlays:
             "frames": self._frames,
             "joint axes": self._axes,
             "contacts": self._contacts,
+            PARTS: self._parts,
         }
         self.spheres = SphereLayer(viewer, body, edits, on_pick)
         self.sensors = SensorLayer(viewer, body, edits, self.size)
@@ -127,6 +132,35 @@ class Overlays:
                 )
                 if shape is not None:
                     node = self._add_shape(f"{self._viewer.path_of(link)}/collision {k + 1}", shape)
+                    self._let_pick(node, (self._body.id, link.index))
+                    made.append(node)
+        return made
+
+    @cached_property
+    def semantic(self) -> SemanticDescription | None:
+        """The kind, base and parts of the robot, as inferred; None without a description."""
+        from roboyard.morphology.analyze import infer_semantics
+
+        description = self._body.description
+        return None if description is None else infer_semantics(description)
+
+    def _parts(self) -> list[Any]:
+        from roboyard.description.model import Material
+        from roboyard.morphology.part_colours import colours_of_links
+        from roboyard.sim.appearance.shape_appearance import render_shape
+
+        description, semantic = self._body.description, self.semantic
+        if description is None or semantic is None:
+            return []
+        made, colours = [], colours_of_links(description, semantic)
+        has_visuals = any(link.visuals for link in description.links)
+        for link in self._body.links:
+            source = description.link_by_name[link.name]
+            paint = Material(rgba=colours[link.name])
+            for k, drawn in enumerate(source.visuals if has_visuals else source.collisions):
+                shape = render_shape(drawn.geometry, drawn.origin, paint, self._body.scale, (0, 0))
+                if shape is not None:
+                    node = self._add_shape(f"{self._viewer.path_of(link)}/part {k + 1}", shape)
                     self._let_pick(node, (self._body.id, link.index))
                     made.append(node)
         return made

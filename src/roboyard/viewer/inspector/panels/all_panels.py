@@ -13,11 +13,12 @@ from roboyard.sim.body import Body
 from roboyard.viewer.inspector.checks import CheckContext
 from roboyard.viewer.inspector.edits.edit_state import EditState
 from roboyard.viewer.inspector.layers.gizmo import Gizmo
-from roboyard.viewer.inspector.layers.overlays import Overlays
+from roboyard.viewer.inspector.layers.overlays import PARTS, Overlays
 from roboyard.viewer.inspector.overlaps import overlaps
 from roboyard.viewer.inspector.panels.camera_panel import CameraPanel
 from roboyard.viewer.inspector.panels.check_panel import CheckPanel
 from roboyard.viewer.inspector.panels.joint_panel import JointPanel
+from roboyard.viewer.inspector.panels.legend import legend
 from roboyard.viewer.inspector.panels.link_panel import LinkPanel, findings_text
 from roboyard.viewer.inspector.panels.pair_panel import PairPanel
 from roboyard.viewer.inspector.panels.save_panel import SavePanel
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from roboyard.robots.definition.schema import RobotDefinition
 
 Do = Callable[[Callable[[], None]], None]
+VISUALS = "visual meshes"
 SPHERES, SENSORS = "planning spheres", "sensors and tools"
 HANDLE = 0.12
 """Size of a handle, as a fraction of the robot's size."""
@@ -78,9 +80,10 @@ class Panels:
         gui = viewer.server.gui
         self._tabs = gui.add_tab_group()
         with self._tabs.add_tab("Look"):
-            self._add_switch("visual meshes", True, viewer.show_visuals)
+            self._add_switch(VISUALS, True, lambda _: self._show_visuals())
             for kind in self.overlays.kinds:
-                self._add_switch(kind, False, lambda on, kind=kind: self.overlays.switch(kind, on))
+                self._add_switch(kind, False, lambda on, kind=kind: self._show(kind, on))
+            self.legend = gui.add_html("", visible=False)
             with gui.add_folder("Links"):
                 self.links = LinkPanel(gui, body, audit, viewer.highlight)
             with gui.add_folder("Picture", expand_by_default=False):
@@ -118,6 +121,17 @@ class Panels:
     def switch(self, label: str, on: bool) -> None:
         """Switch an overlay of the tab Look."""
         self._on_switch[label](on)
+
+    def _show(self, kind: str, on: bool) -> None:
+        self.overlays.switch(kind, on)
+        if kind == PARTS:
+            self.legend.content = legend(self.overlays.semantic) if on else ""
+            self.legend.visible = on
+            self._show_visuals()
+
+    def _show_visuals(self) -> None:
+        """Show the visual meshes where they are switched on and no coloured parts take their place."""
+        self._viewer.show_visuals(bool(self.switches[VISUALS].value) and not self.overlays.is_on(PARTS))
 
     def _reveal(self, kind: str) -> None:
         if not self.overlays.is_on(kind):

@@ -44,7 +44,7 @@ class JointPanel:
         unit = "m" if joint.type == "prismatic" else "rad"
         limit = joint.limit
         hints = [f"{joint.type}, {unit}"]
-        hints.append("no limits" if joint.limits is None else f"from {lower:.4g} to {upper:.4g}")
+        hints.append("no limits" if joint.limits is None else range_text(joint, lower, upper))
         if limit is not None and limit.effort is not None:
             hints.append(f"effort {limit.effort:.4g}")
         if limit is not None and limit.velocity is not None:
@@ -62,6 +62,7 @@ class JointPanel:
             initial_value=float(np.clip(joint.position, lower, upper)),
             hint="; ".join(hints),
             disabled=follows or not moving,
+            marks=tuple((place, shown(joint, place)) for place in (lower, upper)) if moving else None,
         )
 
         @slider.on_update
@@ -156,6 +157,19 @@ def slider_range(joint: Joint) -> tuple[float, float]:
         half = FREE_RANGE[joint.type]
         return -half, half
     return limits
+
+
+def shown(joint: Joint, value: float) -> str:
+    """Return a position as a person reads it: a turn in degrees, a slide in m."""
+    return f"{value:.3g} m" if joint.type == "prismatic" else f"{math.degrees(value):.0f}°"
+
+
+def range_text(joint: Joint, lower: float, upper: float) -> str:
+    """Return a range in rad, with degrees, or in m."""
+    text = f"from {lower:.4g} to {upper:.4g}"
+    if joint.type == "prismatic":
+        return f"{text} m"
+    return f"{text} rad ({shown(joint, lower)} to {shown(joint, upper)})"
 
 
 def _followers(body: Body) -> dict[str, tuple[str, float, float]]:
