@@ -56,7 +56,7 @@ def test_an_mp4_without_ffmpeg_names_the_extra_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(MissingExtraError, match=r'pip install "roboyard\[video\]"'):
+    with pytest.raises(MissingExtraError, match='the extra "video": pip install "imageio-ffmpeg'):
         VideoWriter(tmp_path / "a.mp4")
 
 

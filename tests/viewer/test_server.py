@@ -46,7 +46,7 @@ def test_an_invalid_address_or_port_raises(host: str, port: int, words: str) -> 
 
 def test_without_viser_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "viser", None)
-    with pytest.raises(MissingExtraError, match=r"roboyard\[gui\]"):
+    with pytest.raises(MissingExtraError, match='the extra "gui": pip install "viser'):
         Viewer(World(), quiet=True)
 
 

@@ -15,10 +15,16 @@ from roboyard.sim.actuation.gains import (
 LOW_FRICTION = 0.1
 """A link whose file gives it a friction coefficient below this slides on any floor (casters, skids)."""
 
+FINGER_SPINNING_FRICTION = 0.005
+"""Of fingers (m): 2/3 mu r for a pad with a radius of 8 mm and a friction coefficient of 1."""
+
 
 def configure_body(robot: RobotBody) -> None:
-    """Make casters and the floor links of a holonomic base frictionless, and add default motor inertia."""
+    """Make casters and the floor links of a holonomic base frictionless, let fingers hold against turning,
+    and add default motor inertia.
+    """
     _set_frictionless_links(robot)
+    _set_finger_friction(robot)
     _add_motor_inertia(robot)
 
 
@@ -37,6 +43,17 @@ def _set_frictionless_links(robot: RobotBody) -> None:
         given = link.contact.lateral_friction if link.contact is not None else None
         if given is not None and given < LOW_FRICTION:
             robot.link(link.name).set_frictionless(given)
+
+
+def _set_finger_friction(robot: RobotBody) -> None:
+    """Let fingers hold what they grip also against turning about the line between them.
+
+    Two flat fingers touch a can in points on that line, about which it would swing like a pendulum.
+    """
+    block = robot.definition.manipulation
+    for names in block.finger_link_names.values() if block is not None else ():
+        for name in names:
+            robot.link(name).set_friction(spinning=FINGER_SPINNING_FRICTION)
 
 
 def _add_motor_inertia(robot: RobotBody) -> None:

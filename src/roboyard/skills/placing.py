@@ -26,7 +26,7 @@ MOST_ASIDE = 0.03
 """Largest distance of a placed object from where the gripper let it go (m)."""
 LOWEST = 0.02
 """Height of the part of an object that counts as its foot (m)."""
-SLIGHT, MOST_SLID = 0.002, 0.06
+SLIGHT, MOST_SLID = 0.0005, 0.06
 """Range of what an object slides in the gripper on its way that is made up for above its spot (m)."""
 
 
@@ -140,7 +140,7 @@ def _corrected(worker: Worker, track: Track, error: Array, stages: Sequence[Stag
     Args:
         worker: the robot, at the track's second pose.
         track: the way that was planned.
-        error: (3,) motion that the object lacks (m); the track stays as it is for less than 2 mm, and where
+        error: (3,) motion that the object lacks (m); the track stays as it is for less than 0.5 mm, and where
             no posture is found.
         stages: what is checked at the second pose and later.
     """
