@@ -40,7 +40,7 @@ test-all: $(VENV)/.installed-all
 	$(BIN)/python -m pytest -n auto $(ARGS)
 
 attack: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -q tests/test_attack.py tests/untrusted tests/sim/test_mjcf_hostile.py \
+	$(BIN)/python -m pytest -q -n auto tests/test_attack.py tests/untrusted tests/sim/test_mjcf_hostile.py \
 	  tests/sim/test_survival.py tests/shapes/test_bounds.py tests/description/test_workspaces.py \
 	  tests/audit/test_hostile.py tests/audit/test_fuzz.py tests/pybullet/test_server_strangers.py \
 	  tests/pybullet/test_server_guards.py tests/test_installations.py tests/cli/test_control_characters.py \

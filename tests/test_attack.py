@@ -58,7 +58,7 @@ def deadline() -> Iterator[None]:
         raise TimeoutError("a reader waits")
 
     before = signal.signal(signal.SIGALRM, stop)
-    signal.alarm(30)
+    signal.alarm(120)  # a busy machine takes long, a pipe for ever
     yield
     signal.alarm(0)
     signal.signal(signal.SIGALRM, before)
