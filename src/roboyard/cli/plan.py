@@ -26,6 +26,7 @@ Examples:
   roboyard plan arm7 --to 0.4,0.3,0.5                      a motion as GIF and plot
   roboyard plan r1 --arm left --to 0.5,0.3,1.0 --scene home
   roboyard plan --problems arm.json --out rows.jsonl       every problem of a file
+  roboyard plan --problems box_panda --urdf panda.urdf --out rows.jsonl
 """
 FPS = 20.0
 """Pictures a second of the video."""
@@ -69,7 +70,14 @@ def plan(
     plot: Annotated[Path, typer.Option(help="Plot to write (.png).")] = Path("plan.png"),
     problems: Annotated[
         Path | None,
-        typer.Option(help="Problems to plan (.json); docs/planning.md has the format.", show_default=False),
+        typer.Option(
+            help="Problems to plan (.json), or a set of MotionBenchMaker; docs/planning.md has the formats.",
+            show_default=False,
+        ),
+    ] = None,
+    urdf: Annotated[
+        Path | None,
+        typer.Option(help="Robot of a set of MotionBenchMaker, which has none.", show_default=False),
     ] = None,
     out: Annotated[
         Path | None,
@@ -95,7 +103,7 @@ def plan(
             )
         if out is None:
             raise ConfigError(f"--out is missing; give a file for the results, such as {problems.stem}.jsonl")
-        _plan_file(problems, out, seed, as_json=as_json)
+        _plan_file(problems, urdf, out, seed, as_json=as_json)
         return
     if robot is None or to is None:
         raise ConfigError("give ROBOT and --to X,Y,Z, or --problems FILE and --out FILE")
@@ -193,15 +201,22 @@ def _film(robot: Robot, planner: RobotPlanner, made: Plan, path: Path) -> None:
             film.add(robot.world.render(camera))
 
 
-def _plan_file(problems: Path, out: Path, seed: int, *, as_json: bool) -> None:
+def _plan_file(problems: Path, urdf: Path | None, out: Path, seed: int, *, as_json: bool) -> None:
     import json
     from collections import Counter
 
     import numpy as np
 
+    from roboyard.errors import ConfigError
     from roboyard.planning.problem_files import load_problems, row_of, solve_problems
+    from roboyard.planning.published_sets import is_published_set, load_published_set
 
-    loaded = load_problems(problems)
+    published = is_published_set(problems)
+    if published and urdf is None:
+        raise ConfigError(f"--problems {problems}: this set has no robot; give its file with --urdf")
+    if urdf is not None and not published:
+        raise ConfigError(f"--urdf {urdf}: {problems} names a robot itself; omit --urdf")
+    loaded = load_problems(problems) if urdf is None else load_published_set(problems, urdf)
     outcomes: Counter[str] = Counter()
     times: list[float] = []
     with out.open("w", encoding="utf-8") as file:

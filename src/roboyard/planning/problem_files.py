@@ -103,7 +103,7 @@ def load_problems(path: Path | str) -> ProblemFile:
         where = f"problems[{k}]"
         if not isinstance(one, dict):
             raise ConfigError(f"{file.name}: {where} is {_SHORT.repr(one)}; it must be an object")
-        start = tuple(_numbers(file, one, "start", where, len(joints)))
+        start = tuple(numbers(file, one, "start", where, len(joints)))
         own = _obstacles(file, one.get("obstacles", []), f"{where}.obstacles")
         problems.append(
             Problem(
@@ -119,7 +119,7 @@ def load_problems(path: Path | str) -> ProblemFile:
             known = ("velocity", "acceleration", "jerk")
             raise ConfigError(f"{file.name}: limits: {unknown_name('limit', key, known)}")
         if isinstance(limits[key], list):
-            _numbers(file, limits, key, "limits", len(joints))
+            numbers(file, limits, key, "limits", len(joints))
         else:
             _number(file, limits, key, "limits")
     held = _entry(file, {"hold": {}, **data}, "hold", dict)
@@ -217,27 +217,32 @@ def _number(file: Path, data: Mapping[str, Any], key: str, where: str) -> float:
     return float(value)
 
 
-def _numbers(file: Path, data: Any, key: str, where: str, count: int) -> list[float]:
+def numbers(file: Path, data: Any, key: str, where: str, count: int) -> list[float]:
+    """Return `count` finite numbers of an object in a file.
+
+    Raises:
+        ConfigError: there are none, or others; `where` is the object's place in the file.
+    """
     values = data.get(key) if isinstance(data, dict) else None
     try:
-        numbers = np.asarray(values, dtype=float)
+        found = np.asarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError):
-        numbers = np.zeros(0)
-    if numbers.shape != (count,) or not (abs(numbers) < LARGEST_NUMBER).all():
+        found = np.zeros(0)
+    if found.shape != (count,) or not (abs(found) < LARGEST_NUMBER).all():
         said = _SHORT.repr(values)
         raise ConfigError(f"{file.name}: {where}: {key} is {said}; give {count} finite numbers")
-    return [float(x) for x in numbers]
+    return [float(x) for x in found]
 
 
 def _goal(file: Path, goal: Any, where: str, count: int) -> Goal:
     if isinstance(goal, dict) and "joints" in goal:
-        return tuple(_numbers(file, goal, "joints", f"{where}.goal", count))
+        return tuple(numbers(file, goal, "joints", f"{where}.goal", count))
     if isinstance(goal, dict) and "link" in goal:
         turn = goal.get("quaternion")
         return PoseGoal(
             link=str(goal["link"]),
-            position=_numbers(file, goal, "position", f"{where}.goal", 3),
-            quaternion=None if turn is None else _quaternion(file, goal, f"{where}.goal"),
+            position=numbers(file, goal, "position", f"{where}.goal", 3),
+            quaternion=None if turn is None else quaternion(file, goal, f"{where}.goal"),
         )
     said = _SHORT.repr(goal)
     raise ConfigError(
@@ -245,8 +250,8 @@ def _goal(file: Path, goal: Any, where: str, count: int) -> Goal:
     )
 
 
-def _quaternion(file: Path, data: Any, where: str) -> tuple[float, float, float, float]:
-    values = _numbers(file, data, "quaternion", where, 4)
+def quaternion(file: Path, data: Any, where: str) -> tuple[float, float, float, float]:
+    values = numbers(file, data, "quaternion", where, 4)
     if not np.linalg.norm(values) > 1e-9:
         raise ConfigError(f"{file.name}: {where}: quaternion is {values}; its length must not be zero")
     x, y, z, w = (float(v) for v in normalized(values))
@@ -262,8 +267,8 @@ def _obstacles(file: Path, entries: Any, where: str) -> tuple[Obstacle, ...]:
 def _obstacle(file: Path, data: Any, where: str, k: int) -> Obstacle:
     if not isinstance(data, dict):
         raise ConfigError(f"{file.name}: {where} is {_SHORT.repr(data)}; it must be an object")
-    position = _numbers(file, data, "position", where, 3) if "position" in data else [0.0, 0.0, 0.0]
-    turn = _quaternion(file, data, where) if "quaternion" in data else (0.0, 0.0, 0.0, 1.0)
+    position = numbers(file, data, "position", where, 3) if "position" in data else [0.0, 0.0, 0.0]
+    turn = quaternion(file, data, where) if "quaternion" in data else (0.0, 0.0, 0.0, 1.0)
     pose = Pose(position=(position[0], position[1], position[2]), quaternion=turn)
     return Obstacle(name=str(data.get("name", f"o{k}")), shape=_shape(file, data, where), pose=pose)
 
@@ -277,7 +282,7 @@ def _shape(file: Path, data: Mapping[str, Any], where: str) -> Shape:
 
     kind = data.get("type")
     if kind == "box":
-        x, y, z = _numbers(file, data, "size", where, 3)
+        x, y, z = numbers(file, data, "size", where, 3)
         if min(x, y, z) <= 0:
             raise ConfigError(f"{file.name}: {where}: size is {[x, y, z]}; give positive lengths")
         return Box(size=(x, y, z))
@@ -295,7 +300,7 @@ def _shape(file: Path, data: Mapping[str, Any], where: str) -> Shape:
             raise ConfigError(f"{file.name}: {where}: file is {said}; give a mesh file that exists")
         given = data.get("scale", 1.0)
         given = given if isinstance(given, list) else [given] * 3
-        scale = _numbers(file, {"scale": given}, "scale", where, 3)
+        scale = numbers(file, {"scale": given}, "scale", where, 3)
         return Mesh(uri=str(named), path=found, scale=(scale[0], scale[1], scale[2]))
     kinds = ("box", "sphere", "cylinder", "capsule", "mesh")
     raise ConfigError(f"{file.name}: {where}: {unknown_name('type of obstacle', str(kind), kinds)}")
