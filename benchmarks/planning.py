@@ -272,7 +272,10 @@ def _with_hulls(urdf: Path, folder: Path) -> str:
 
 
 def ompl(problems: ProblemFile) -> list[Row]:
-    """OMPL's RRT-Connect and path simplification, with Roboyard's checker for states every 0.05 rad."""
+    """OMPL's RRT-Connect and path simplification, with Roboyard's checker for states every 0.05 rad.
+
+    Where spheres overlap, MuJoCo's hulls decide: starts and goals are nearer to obstacles than spheres allow.
+    """
     from ompl import base, geometric, util
 
     from roboyard.planning.checking import CollisionChecker
@@ -285,7 +288,10 @@ def ompl(problems: ProblemFile) -> list[Row]:
     order = np.array(robot.order)
     rows = []
     for problem in problems.problems:
-        checker = CollisionChecker(robot, Obstacles(problem.obstacles))
+        checker, judge = (
+            CollisionChecker(robot, Obstacles(problem.obstacles)),
+            judge_of(robot, problem.obstacles),
+        )
         space = base.RealVectorStateSpace(n)
         bounds = base.RealVectorBounds(n)
         for j in range(n):
@@ -294,8 +300,9 @@ def ompl(problems: ProblemFile) -> list[Row]:
         space.setBounds(bounds)
         setup = geometric.SimpleSetup(space)
 
-        def valid(state: object, checker: CollisionChecker = checker) -> bool:
-            return bool(checker.free(np.array([[state[j] for j in range(n)]]))[0])  # type: ignore[index]
+        def valid(state: object, checker: CollisionChecker = checker, judge: HullJudge = judge) -> bool:
+            q = np.array([state[j] for j in range(n)])  # type: ignore[index]
+            return bool(checker.free(q[None])[0]) or not judge.clashes(q)
 
         setup.setStateValidityChecker(valid)
         setup.getSpaceInformation().setStateValidityCheckingResolution(0.05 / space.getMaximumExtent())
