@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import roboyard.envs as envs
 from roboyard import World, add_robot
@@ -159,3 +160,37 @@ def test_actions_that_do_not_fit_the_group_are_errors() -> None:
         task = envs.Task(build=build, actions=actions, observations={"q": lambda e: e.robot.q})
         with pytest.raises(ConfigError, match=message):
             envs.BatchEnv(task, 1)
+
+
+@pytest.mark.parametrize("turn", [None, 0.1])
+@pytest.mark.parametrize("keeps", [True, False])
+def test_steps_of_the_tip_are_damped_least_squares(
+    make_arm_task: Any, turn: float | None, keeps: bool
+) -> None:
+    action = envs.TipDelta(0.03, turn=turn, keeps_orientation=keeps)
+    noise = (envs.JointNoise(position=0.3),)
+    env = envs.BatchEnv(make_arm_task(actions={"arm_0": action}, limit=100, randomize=noise), 3)
+    env.reset(seed=0)
+    robot, random = env.runner.env.robot, np.random.default_rng(0)
+    size = 3 if turn is None else 6
+    start = Rotation.from_quat(robot.tip().quaternion)
+    dt, dofs = env.runner.env.dt, np.arange(7)
+    command = random.uniform(-1, 1, (3, size))
+    base = Rotation.from_quat(robot.base.quaternion)
+    error = base.apply(command[:, :3] * 0.03)
+    goal = start if turn is None else Rotation.from_rotvec(base.apply(command[:, 3:] * turn)) * start
+    rows = np.concatenate(robot.tip().jacobian(dofs), axis=1)
+    if turn is None and not keeps:
+        rows = rows[:, :3]
+    else:
+        error = np.concatenate([error, (goal * start.inv()).as_rotvec()], axis=1)
+    pull = 0.5 * dt * (robot.rest - robot.q)
+    q = robot.q.copy()
+    env.step(command)
+    for i, jac in enumerate(rows):
+        inverse = jac.T @ np.linalg.inv(jac @ jac.T + 0.05**2 * np.eye(len(jac)))
+        step = inverse @ (min(1.0, 25.0 * dt) * error[i]) + pull[i] - inverse @ (jac @ pull[i])
+        step /= max(1.0, (np.abs(step) / (robot.robot.limits.velocity * dt)).max())
+        wanted = np.clip(q[i] + step, robot.lower, robot.upper)
+        found = env.runner.actions.drives["robot"].position[i]
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)

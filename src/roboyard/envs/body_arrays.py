@@ -25,7 +25,8 @@ class LinkArrays:
         self._physics = physics
         self.row = row
         """Row in MuJoCo's arrays of bodies."""
-        self._root = int(physics.world.model.body_rootid[row])
+        self.root = int(physics.world.model.body_rootid[row])
+        """Row of its tree's first body; MuJoCo's velocities and axes are about the tree's centre of mass."""
         physics.field("xpos")
 
     @property
@@ -48,7 +49,7 @@ class LinkArrays:
         """(n, 3) velocity of the link frame's origin in world axes (m/s)."""
         cvel = self._physics.field("cvel")[:, self.row]
         # MuJoCo gives velocities at the centre of mass of the whole tree
-        lever = self.position - self._physics.field("subtree_com")[:, self._root]
+        lever = self.position - self._physics.field("subtree_com")[:, self.root]
         return cvel[:, 3:] + np.cross(cvel[:, :3], lever)
 
     def moves_with(self) -> np.ndarray:
@@ -72,7 +73,7 @@ class LinkArrays:
         """
         axes = self._physics.field("cdof")[:, dofs].transpose(2, 0, 1)
         ax, ay, az = axes[0], axes[1], axes[2]
-        lever = (self.position - self._physics.field("subtree_com")[:, self._root])[:, :, None]
+        lever = (self.position - self._physics.field("subtree_com")[:, self.root])[:, :, None]
         x, y, z = lever[:, 0], lever[:, 1], lever[:, 2]
         linear = np.stack(
             [axes[3] + ay * z - az * y, axes[4] + az * x - ax * z, axes[5] + ax * y - ay * x], axis=1
@@ -94,8 +95,10 @@ class BodyArrays:
         model = physics.world.model
         self.joint_names: tuple[str, ...] = tuple(body.joint_names)
         order = [body.joint(name).index for name in self.joint_names]
-        self.qpos = as_slice(np.asarray(body.qpos_addresses)[order].astype(np.intp))
-        """Where the joints are in MuJoCo's positions."""
+        self.qpos_addresses = np.asarray(body.qpos_addresses)[order].astype(np.int64)
+        """(j,) where the joints are in MuJoCo's positions."""
+        self.qpos = as_slice(self.qpos_addresses)
+        """The same, as a slice where they are side by side."""
         self.dofs = as_slice(np.asarray(body.dof_addresses)[order].astype(np.intp))
         """Where the joints are in MuJoCo's velocities."""
         self._links: dict[str, LinkArrays] = {}
@@ -216,7 +219,7 @@ class BodyArrays:
             q: (j,) or (k, j) positions (rad or m).
             v: (j,) or (k, j) velocities (rad/s or m/s).
         """
-        columns, dofs = _columns(self.qpos), _columns(self.dofs)
+        columns, dofs = self.qpos_addresses, _columns(self.dofs)
         self.physics.field("qpos")[np.ix_(rows, columns)] = q
         self.physics.field("qvel")[np.ix_(rows, dofs)] = v
 
@@ -275,7 +278,7 @@ class RobotArrays(BodyArrays):
         """
         qpos = self.physics.field("qpos")
         if len(self._virtual):
-            columns = _columns(self.qpos)[self._virtual]
+            columns = self.qpos_addresses[self._virtual]
             qpos[rows, columns[0]], qpos[rows, columns[1]], qpos[rows, columns[5]] = x, y, yaw
             return
         if self._free is None:
