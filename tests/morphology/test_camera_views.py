@@ -11,7 +11,7 @@ from roboyard.description import load_description
 from roboyard.description.evidence.read import read_evidence
 from roboyard.morphology.analyze import infer_semantics
 from roboyard.morphology.sensors.rays import hit_fraction
-from roboyard.morphology.sensors.views import with_camera_views
+from roboyard.morphology.sensors.views import camera_view, with_camera_views
 from roboyard.transforms import Array, matrix_from_quaternion
 
 ROBOT = """
@@ -87,3 +87,26 @@ def test_rays_agree_with_a_sphere(seed: int) -> None:
     share = hit_fraction(np.asarray(mesh.vertices)[np.asarray(mesh.faces)], start, ways, 5.0)
     along = -ways[:, 2]
     assert share == pytest.approx(np.mean(along > np.sqrt(1 - 0.25)), abs=0.03)  # within 30 degrees of -z
+
+
+SIDEWAYS = "1.5707963267948966 0 1.5707963267948966"
+"""Turns a link such that its z axis looks forwards and its y axis up."""
+
+
+def test_a_camera_on_a_mast_is_upright_although_a_sideways_view_is_free(tmp_path: Path) -> None:
+    small = '<origin xyz="0 0 -0.014"/>' + BOX.format(0.02, 0.02, 0.028)  # free along x, too
+    _, rotation = view(tmp_path, small, rpy=SIDEWAYS)
+    np.testing.assert_allclose(-rotation[:, 2], [0, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(rotation[:, 1], [0, 1, 0], atol=1e-12)
+
+
+def test_a_camera_on_an_arm_keeps_the_usual_axes(tmp_path: Path) -> None:
+    file = tmp_path / "mast.urdf"
+    small = '<origin xyz="0 0 -0.014"/>' + BOX.format(0.02, 0.02, 0.028)
+    file.write_text(ROBOT.format(housing=small, rpy=SIDEWAYS, more=""))
+    description = load_description(file)
+    semantic = infer_semantics(description, evidence=read_evidence(description, file))
+    (camera,) = [sensor for sensor in semantic.sensors if sensor.kind == "camera"]
+    found = camera_view(camera, description, {"head_camera_joint"})
+    assert found is not None
+    np.testing.assert_allclose(-matrix_from_quaternion(found.quaternion)[:, 2], [1, 0, 0], atol=1e-12)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from roboyard.description.model import Pose, RobotDescription
+from roboyard.description.model import Pose
 from roboyard.description.robot_model import RobotModel, Sensor
 from roboyard.description.semantic import MountedSensor
 from roboyard.importer.context import ImportContext
@@ -28,7 +28,7 @@ def mount_sensors(robot: RobotModel, context: ImportContext) -> RobotModel:
             Sensor(
                 kind=sensor.kind,
                 link=on,
-                offset=_offset(sensor, robot.description),
+                offset=_offset(sensor, robot),
                 name=PRIM_NAMES[sensor.kind],
             )
         )
@@ -39,7 +39,8 @@ def mount_sensors(robot: RobotModel, context: ImportContext) -> RobotModel:
     return replace(robot, sensors=(*robot.sensors, *added))
 
 
-def _offset(sensor: MountedSensor, description: RobotDescription) -> Pose:
+def _offset(sensor: MountedSensor, robot: RobotModel) -> Pose:
     """Return the pose of a sensor in the frame of the link that carries it."""
-    view = camera_view(sensor, description) if sensor.kind == "camera" else sensor.frame
+    turned = {name for arm in robot.semantic.arms for name in arm.joints}
+    view = camera_view(sensor, robot.description, turned) if sensor.kind == "camera" else sensor.frame
     return view or Pose()

@@ -2,12 +2,12 @@
 
 A frame on a camera's body seldom says where the lens is: vendors put it into the middle of the housing, and
 those without an optical frame differ in which axis looks out. The view is the first of a few candidates that
-the links fixed to the camera do not block.
+the links fixed to the camera do not block, upright ones first where no arm turns the camera.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import replace
 
 import numpy as np
@@ -43,28 +43,41 @@ BODY = np.array([[0.0, 0, -1], [-1, 0, 0], [0, 1, 0]])
 def with_camera_views(semantic: SemanticDescription, description: RobotDescription) -> SemanticDescription:
     """Return the semantics with a view for each camera that is on a link of the description."""
     links = description.link_by_name
+    turned = {name for arm in semantic.arms for name in arm.joints}
     sensors = []
     for sensor in semantic.sensors:
         if sensor.kind == "camera":
             optical = sensor.optical_link if sensor.optical_link in links else None
-            sensor = replace(sensor, optical_link=optical, view=camera_view(sensor, description))
+            sensor = replace(sensor, optical_link=optical, view=camera_view(sensor, description, turned))
         sensors.append(sensor)
     return replace(semantic, sensors=tuple(sensors))
 
 
-def camera_view(sensor: MountedSensor, description: RobotDescription) -> Pose | None:
+def camera_view(
+    sensor: MountedSensor, description: RobotDescription, turned: Set[str] = frozenset()
+) -> Pose | None:
     """Return the pose of a camera, which looks along -z with +y up, in the frame of its optical link, else of
     its link; None where the description has neither.
+
+    Args:
+        sensor: the camera.
+        description: of the robot.
+        turned: joints of arms; a camera that they carry need not be upright at home.
     """
     links = description.link_by_name
     if sensor.optical_link not in links:
         sensor = replace(sensor, optical_link=None)
     if (sensor.optical_link or sensor.link) not in links:
         return None
-    return pose_from_matrix(_view(sensor, description, forward_kinematics(description)))
+    return pose_from_matrix(_view(sensor, description, forward_kinematics(description), turned))
 
 
-def _view(sensor: MountedSensor, description: RobotDescription, poses: Mapping[str, Array]) -> Array:
+def _view(
+    sensor: MountedSensor,
+    description: RobotDescription,
+    poses: Mapping[str, Array],
+    turned: Set[str],
+) -> Array:
     """Return the (4, 4) pose of the camera in the frame of the link that it looks from."""
     link = sensor.optical_link or sensor.link
     R_world_link = poses[link][:3, :3]
@@ -74,6 +87,8 @@ def _view(sensor: MountedSensor, description: RobotDescription, poses: Mapping[s
         start, turns = sensor.frame.matrix(), [BODY]
     else:
         start, turns = np.eye(4), [BODY, *_outward(R_world_link)]
+        if not turned & _joints_above(link, description):
+            turns.sort(key=lambda turn: not _is_upright(R_world_link @ turn))
     triangles = _triangles_near(link, start[:3, 3], description, poses)
     best, least = None, BLOCKED
     for turn in turns:
@@ -136,6 +151,15 @@ def _triangles_near(
             near = ((low < position + reach) & (high > position - reach)).all(axis=1)
             found.append(corners[near])
     return np.concatenate(found) if found else np.empty((0, 3, 3))
+
+
+def _joints_above(link: str, description: RobotDescription) -> set[str]:
+    """Return the joints from the root to a link."""
+    found = set[str]()
+    while (joint := description.parent_joint.get(link)) is not None:
+        found.add(joint.name)
+        link = joint.parent
+    return found
 
 
 def _fixed_to(link: str, description: RobotDescription) -> list[str]:

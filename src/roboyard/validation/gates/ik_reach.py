@@ -17,6 +17,7 @@ from roboyard.robots.control.rotations import vector_of_matrix
 from roboyard.robots.control.task import TaskController
 from roboyard.robots.joint_arrays import Indices
 from roboyard.transforms import Array, matrix_from_quaternion
+from roboyard.validation.gates.weak_joints import weakness
 from roboyard.validation.report import Curve, Gate
 from roboyard.validation.test_world import TestWorld, all_contacts
 
@@ -39,6 +40,8 @@ MAX_GRAVITY_EFFORT = 0.8
 """Largest effort against gravity, as a fraction of the effort limits."""
 MOST_CAUSES = 3
 """Number of causes named where no path is free."""
+AT_STOP = 0.01
+"""Distance to a limit at which a joint is at its stop (rad or m)."""
 STEP = 0.25
 """Joint distance between the checked postures of a path (rad or m)."""
 
@@ -65,6 +68,8 @@ def ik_reach_gates(test_world: TestWorld, poses: int = POSES) -> tuple[Gate, ...
     robot = test_world.robot(action_normalize=False, controllers=dict.fromkeys(arms, absolute))
     errors, labels, findings = [], [], []
     causes: Counter[str] = Counter()
+    robot.world.step(1)
+    usual = all_contacts(robot)
     for arm in arms:
         for k, path in enumerate(sample_paths(robot, arm, poses, test_world.seed, causes)):
             robot.reset()
@@ -76,6 +81,7 @@ def ik_reach_gates(test_world: TestWorld, poses: int = POSES) -> tuple[Gate, ...
             if error[0] > POSITION or error[1] > ROTATION:
                 findings.append(
                     f"{arm}, pose {k}: {error[0] * 1e3:.1f} mm and {error[1]:.3f} rad from the pose"
+                    + hindrance(robot, arm, usual)
                 )
     found = np.array(errors).reshape(-1, 2)
     if len(found) == 0:
@@ -182,6 +188,36 @@ def _free_path(
             )
         poses.append(controller.tip(robot.loop.state_of(robot.groups[group])))
     return poses, ""
+
+
+def hindrance(robot: Robot, group: str, usual: set[tuple[str, str]]) -> str:
+    """Return what holds an arm where it is, as the end of a finding: weak joints, new contacts, stops.
+
+    Args:
+        robot: in the posture in which its arm stopped.
+        group: of the arm.
+        usual: contacts at rest.
+    """
+    found = [f"{name}: {text}" for name in robot.joint_names if (text := weakness(robot, name))][:MOST_CAUSES]
+    found += [_touching(robot, *pair) for pair in sorted(all_contacts(robot) - usual)[:MOST_CAUSES]]
+    q, limits = robot.joint_positions, robot.limits
+    for place in robot.groups[group].indices:
+        for stop in (limits.lower[place], limits.upper[place]):
+            if abs(q[place] - stop) < AT_STOP:
+                found.append(f"joint {robot.joint_names[place]!r} is at its limit of {stop:.3g}")
+    return "; " + "; ".join(found) if found else ""
+
+
+def _touching(robot: Robot, a: str, b: str) -> str:
+    """Return that two links touch, with the kinds of their collision shapes in the file."""
+    links = robot.description.link_by_name
+    kinds = [
+        "/".join(sorted({type(shape.geometry).__name__.lower() for shape in links[name].collisions}))
+        for name in (a, b)
+        if name in links
+    ]
+    shapes = " and ".join(kind for kind in kinds if kind)
+    return f"{a} and {b} touch" + (f" (collision shapes: {shapes})" if shapes else "")
 
 
 def command(robot: Robot, group: str, pose: Array) -> None:

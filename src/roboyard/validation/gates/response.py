@@ -7,11 +7,14 @@ compared until links touch that did not.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from roboyard.kinematics import jacobian
 from roboyard.robots import Robot
+from roboyard.robots.control.inverse_kinematics import DAMPING
+from roboyard.robots.control.task import TaskController
 from roboyard.robots.joint_arrays import Indices
 from roboyard.transforms import Array
 from roboyard.validation.gates.weak_joints import because_weak
@@ -26,6 +29,10 @@ MIN_RESPONSE = 2e-3
 """Smallest motion that counts as a response (rad or m)."""
 MAX_LEAK = 0.1
 """Largest motion of other joints, as a fraction of the response."""
+SPACE = 6
+"""Number of coordinates of a pose, and so of joints that can move a tip every way."""
+MAX_LED = 0.02
+"""Largest part of a step of the tip that an arm takes in a direction which it cannot follow."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -40,6 +47,10 @@ class Response:
     """Largest motion of other joints, as a fraction of `moved`."""
     other: str
     """The other joint that moved most."""
+    cannot: str = ""
+    """Why the joints of the group cannot follow the number in this posture; empty where they can."""
+    weak: str = ""
+    """Loads of the group's joints above their effort limits, as the end of a finding."""
 
 
 def response_gates(test_world: TestWorld) -> tuple[Gate, ...]:
@@ -57,23 +68,29 @@ def response_gates(test_world: TestWorld) -> tuple[Gate, ...]:
             ),
         )
     responses = _measure_responses(robot)
+    able = [response for response in responses if not response.cannot]
     moved = np.array([response.moved for response in responses])
     leaks = np.array([response.leak for response in responses])
-    weakest = responses[int(np.argmin(moved))].label
+    weakest = min(able, key=lambda response: response.moved, default=None)
     return (
         Gate(
             name="response",
             title="Every command moves its joints",
-            figure=float(moved.min()),
+            figure=MIN_RESPONSE if weakest is None else weakest.moved,
             threshold=MIN_RESPONSE,
             unit="rad or m",
             sense="at least",
             detail=f"{len(moved)} numbers changed by {CHANGE:g} for {SECONDS:g} s; smallest response: "
-            f"{weakest}",
+            f"{'none' if weakest is None else weakest.label}",
             findings=[
-                f"{response.label} moves its joints by only {response.moved:.2g}"
-                for response in responses
+                f"{response.label} moves its joints by only {response.moved:.2g}{response.weak}"
+                for response in able
                 if response.moved < MIN_RESPONSE
+            ],
+            warnings=[
+                f"{response.label} moves its joints by only {response.moved:.2g}: {response.cannot}"
+                for response in responses
+                if response.cannot and response.moved < MIN_RESPONSE
             ],
             advice="the joint names of the group, effort and velocity limits, mimic joints, and"
             " command_output_limits",
@@ -135,8 +152,39 @@ def _measure_responses(robot: Robot) -> list[Response]:
                         leak=float(worst.max()) / moved if moved > MIN_RESPONSE else 0.0,
                         other=robot.joint_names[others[int(worst.argmax())]] if len(others) else "",
                     )
+            if best.moved < MIN_RESPONSE:
+                robot.world.restore_state(start)
+                robot.loop.invalidate()
+                weak = next(
+                    (t for name in robot.groups[group].joints if (t := because_weak(robot, name))), ""
+                )
+                best = replace(best, cannot=_cannot(robot, group, k), weak=weak)
             found.append(best)
     return found
+
+
+def _cannot(robot: Robot, group: str, number: int) -> str:
+    """Return why an arm with fewer than six joints cannot follow a number; empty where it can.
+
+    Such an arm moves its tip in some directions only by turning it as well. With J the Jacobian of its tip,
+    the step J⁺ e that inverse kinematics takes towards the direction e leads the tip by eᵀ J J⁺ e along it.
+    """
+    controller = robot.controllers[group]
+    if not isinstance(controller, TaskController) or controller.chain.size >= SPACE:
+        return ""
+    state = robot.loop.state_of(robot.groups[group])
+    own = jacobian(controller.chain, state.q)[: controller.command_dim]
+    direction = np.zeros(len(own))
+    first = number // 3 * 3
+    direction[first : first + 3] = state.mount[:3, :3].T[:, number % 3]
+    square = own.T @ own + DAMPING**2 * np.eye(own.shape[1])
+    led = float(direction @ own @ np.linalg.solve(square, own.T @ direction))
+    if led > MAX_LED:
+        return ""
+    return (
+        f"its {controller.chain.size} joints cannot move the tip this way alone at rest; use the mode "
+        "position_compliant_ori, or another default_joint_pos"
+    )
 
 
 def _run(robot: Robot, start: object, action: Array) -> Array:

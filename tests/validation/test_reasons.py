@@ -1,0 +1,87 @@
+"""Gates name what keeps joints where they are: loads above limits, links that touch, too few joints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roboyard.description import load_description
+from roboyard.robots import parse_definition
+from roboyard.robots.definition.schema import RobotDefinition
+from roboyard.validation.gates.ik_reach import hindrance
+from roboyard.validation.gates.response import response_gates
+from roboyard.validation.test_world import TestWorld as ValidationWorld
+from roboyard.validation.test_world import all_contacts
+
+LINK = (
+    '<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/>'
+    '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>'
+    '<collision><origin xyz="{x} 0 0"/><geometry><box size="0.2 0.04 0.04"/></geometry></collision></link>'
+)
+JOINT = (
+    '<joint name="j{name}" type="revolute"><parent link="{parent}"/><child link="{name}"/>'
+    '<origin xyz="{x} 0 {z}"/><axis xyz="0 1 0"/>'
+    '<limit lower="-3" upper="3" effort="{effort}" velocity="3"/></joint>'
+)
+
+
+def planar_arm(joints: int, effort: float = 50.0, mass: float = 0.5) -> str:
+    """Return an arm whose joints all turn about y, stretched out along x at zero."""
+    text = LINK.format(name="base", x=0, mass=5)
+    for k in range(joints):
+        parent, x, z = (f"l{k - 1}", 0.25, 0) if k else ("base", 0, 0.5)
+        text += LINK.format(name=f"l{k}", x=0.125, mass=mass)
+        text += JOINT.format(name=f"l{k}", parent=parent, x=x, z=z, effort=effort)
+    return f'<robot name="planar">{text}</robot>'
+
+
+def definition(joints: int, controller: str) -> RobotDefinition:
+    names = [f"l{k}" for k in range(joints)]
+    return parse_definition(
+        {
+            "raw_controller_order": ["arm_0"],
+            "default_controllers": {"arm_0": controller},
+            "default_joint_pos": [0.3, -0.9, 0.6, 0.8][:joints],
+            "manipulation": {
+                "n_arms": 1,
+                "arm_names": ["0"],
+                "arm_link_names": {"0": names},
+                "arm_joint_names": {"0": [f"j{name}" for name in names]},
+                "eef_link_names": {"0": names[-1]},
+                "finger_link_names": {"0": []},
+                "finger_joint_names": {"0": []},
+            },
+        }
+    )
+
+
+def world(text: str, given: RobotDefinition) -> ValidationWorld:
+    return ValidationWorld(name="planar", source=load_description(text), definition=given)
+
+
+def test_a_direction_that_an_arm_cannot_take_is_a_warning() -> None:
+    given = definition(4, "InverseKinematicsController")
+    response, _ = response_gates(world(planar_arm(4), given))
+    assert response.passed, response.findings
+    listed = " ".join(response.warnings)
+    # all axes are parallel to y: neither a step along y nor a turn about x or z is possible
+    assert [f"arm_0[{k}]" in listed for k in range(6)] == [False, True, False, True, False, True]
+    assert "4 joints cannot" in listed
+
+
+def test_a_joint_that_its_load_holds_down_is_named() -> None:
+    given = definition(4, "JointController")
+    response, _ = response_gates(world(planar_arm(4, effort=2.0, mass=8.0), given))
+    assert not response.passed
+    assert "gravity needs" in " ".join(response.findings)
+
+
+def test_what_hinders_an_arm_is_named() -> None:
+    given = definition(4, "InverseKinematicsController")
+    robot = world(planar_arm(4, effort=20.0), given).robot()
+    robot.world.step(1)
+    usual = all_contacts(robot)
+    assert hindrance(robot, "arm_0", usual) == ""
+    robot.joint_arrays.q = np.array([0.0, -2.4, -2.4, 3.0])  # l2 crosses l0
+    text = hindrance(robot, "arm_0", usual)
+    assert "touch (collision shapes: box and box)" in text
+    assert "'jl3' is at its limit of 3" in text
