@@ -434,6 +434,20 @@ def test_a_joint_to_a_missing_model_is_omitted_with_it() -> None:
     assert "joint 'j' to a model that is not included is omitted" in description.notes
 
 
+def test_a_bare_name_is_a_model_as_in_gazebo(tmp_path: Path) -> None:
+    """PX4's models include each other as `<uri>x500_base</uri>`."""
+    (tmp_path / "base").mkdir()
+    (tmp_path / "base" / "model.sdf").write_text(model(link("hull"), name="base"))
+    (tmp_path / "drone").mkdir()
+    file = tmp_path / "drone" / "model.sdf"
+    include = '<include merge="true"><uri>base</uri></include>'
+    file.write_text(model(include, link("arm"), joint("j", "hull", "arm")))
+    assert {each.name for each in load_description(file).links} == {"hull", "arm"}
+    file.write_text(file.read_text().replace("<uri>base", "<uri>x500"))
+    with pytest.raises(DescriptionError, match=r"no frame named 'hull'.*--package x500=FOLDER"):
+        load_description(file)
+
+
 def test_includes_stay_in_the_robots_folders_and_end(tmp_path: Path) -> None:
     (tmp_path / "secret").mkdir()
     (tmp_path / "secret" / "model.sdf").write_text(model(link("s")))

@@ -85,7 +85,10 @@ class Scope:
             if rest in scope.frames:
                 return scope.frames[rest]
         known = list(self.frames)[:_SUGGESTED]
-        raise DescriptionError(unknown_name("frame", name[:_SHOWN], known), line=line_of(element))
+        message = unknown_name("frame", name[:_SHOWN], known)
+        lacking = next(iter(self.model.missing.values()), "")
+        message += f"; {lacking}" if lacking else ""
+        raise DescriptionError(message, line=line_of(element))
 
     def is_missing(self, name: str) -> bool:
         """Return whether a name is in a model that could not be included."""

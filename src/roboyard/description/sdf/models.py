@@ -124,6 +124,8 @@ class ModelReader:
         if self._models > MAX_MODELS:
             raise _too_many(include)
         found = self._find(uri, prefix)
+        if found is None and re.fullmatch(r"[\w.+-]+", uri):  # Gazebo looks for a bare name as for `model://`
+            found = self._find(f"model://{uri}", prefix)
         if found is None:
             what = f"<include> {uri[:200]!r} is not found"
             if _REMOTE.match(uri):
