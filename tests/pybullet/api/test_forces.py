@@ -95,3 +95,46 @@ def test_whole_numbers_push_a_base_as_floats_do(client: int) -> None:
     body = p.createMultiBody(1.0)
     with pytest.raises(OverflowError):
         p.applyExternalForce(body, -1, [10**400, 0, 0], [0, 0, 0], p.LINK_FRAME)
+
+
+def test_pushes_in_link_and_world_axes_agree(client: int, tmp_path: Path) -> None:
+    """The same force, torque and point, given in the axes of a tilted inertial frame and in the world's."""
+    file = tmp_path / "arm.urdf"
+    file.write_text(ARM.replace('xyz="0.3 0 0"', 'xyz="0.3 0.1 0" rpy="0.2 0.3 0.4"'))
+    speeds = []
+    for flag in (p.LINK_FRAME, p.WORLD_FRAME):
+        arm = p.loadURDF(str(file), [0, 0, 1], [0, 0.6, 0, 0.8], flags=p.URDF_USE_INERTIA_FROM_FILE)
+        for link in (0, -1):
+            if link < 0:
+                origin, turn = p.getBasePositionAndOrientation(arm)
+            else:
+                origin, turn = p.getLinkState(arm, link)[:2]
+            force, torque, point = [1.0, 2.0, 3.0], np.array([0.3, 0.1, 0.2]), (0.1, -0.2, 0.3)
+            if flag == p.WORLD_FRAME:
+                axes = np.reshape(p.getMatrixFromQuaternion(turn), (3, 3))
+                force, torque, point = (axes @ v for v in (force, torque, point))
+                point = point + origin
+            p.applyExternalForce(arm, link, force, point, flag)
+            p.applyExternalTorque(arm, link, torque, flag)
+        p.stepSimulation()
+        speeds.append([*np.concatenate(p.getBaseVelocity(arm)), p.getJointState(arm, 0)[1]])
+        p.removeBody(arm)
+    np.testing.assert_allclose(*speeds, rtol=1e-6, atol=1e-7)
+    assert np.abs(speeds[0]).max() > 0.01
+
+
+def test_pushes_that_cannot_be_are_refused(client: int, tmp_path: Path) -> None:
+    body = rotors(p, tmp_path)
+    p.applyExternalForce(body + 7, 0, [1, 0, 0], [0, 0, 0], p.LINK_FRAME)  # ignored
+    p.applyExternalForce(body, 3, [1, 0, 0], [0, 0, 0], p.LINK_FRAME)
+    p.stepSimulation()
+    np.testing.assert_array_equal(p.getBaseVelocity(body), np.zeros((2, 3)))
+    for flag in (0, 3):
+        with pytest.raises(p.error, match="flag has to be"):
+            p.applyExternalForce(body, 0, [1, 0, 0], [0, 0, 0], flag)
+    with pytest.raises(p.error, match="force needs"):
+        p.applyExternalForce(body, 0, [1, 0], [0, 0, 0], p.LINK_FRAME)
+    with pytest.raises(p.error, match="finite"):
+        p.applyExternalTorque(body, 0, [np.inf, 0, 0], p.LINK_FRAME)
+    with pytest.raises(TypeError):
+        p.applyExternalForce(body, 0, ["1", 0, 0], [0, 0, 0], p.LINK_FRAME)

@@ -43,6 +43,10 @@ LinkReader = Callable[[int, object], tuple[Any, ...]]
 """`read(link, with_velocity)`: the fields of getLinkState."""
 
 
+LinkPusher = Callable[..., bool]
+"""`push(link, local, fx, fy, ..., pz)`: whether the numbers are finite; see `push_link`."""
+
+
 class JointGroup(Protocol):
     """Joints of one body that are read together."""
 
@@ -148,6 +152,8 @@ class BodyRecord:
         self.revision = -1
         self.link_reader: LinkReader | None = None
         """Reads a link's state; created on first use."""
+        self.link_pusher: LinkPusher | None = None
+        """Pushes a link; created on first use."""
         self._layout: JointLayout | None = None
         self.rows: list[int] = []
         """MuJoCo row of the base, then of each link."""
@@ -196,7 +202,7 @@ class BodyRecord:
         self.joint_groups.clear()
         self.link_groups.clear()
         self.chain_places = None
-        self.link_reader = None
+        self.link_reader = self.link_pusher = None
         self._layout = None
         self.rows = [int(row) for row in body.mujoco_ids]
         self.qpos, self.qvel = data.qpos, data.qvel

@@ -1,4 +1,4 @@
-"""Reading link states from MuJoCo's arrays: one link, or several with one compiled call."""
+"""Reading link states from MuJoCo's arrays, one link or several with one compiled call, and pushing links."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 import roboyard.pybullet.state.state_kernels as kernels
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.body_records import BodyRecord, LinkReader
+    from roboyard.pybullet.state.body_records import BodyRecord, LinkPusher, LinkReader
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.world import World
 
 State = tuple[Any, ...]
@@ -45,6 +46,33 @@ def link_reader(world: World, record: BodyRecord) -> LinkReader:
 
     record.link_reader = read
     return read
+
+
+def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
+    """Return `push(link, local, fx, ..., pz)` of a body's links; valid until MuJoCo's model is recompiled."""
+    world, rows = scene.world, record.rows
+    data, wrenches = world.live_data, world.wrenches
+    xpos, xquat, xipos, qpos, applied = data.xpos, data.xquat, data.xipos, data.qpos, data.xfrc_applied
+    frames, free = _inertial_frames(record), record.body.free_qpos
+
+    def push(link: int, local: int, *numbers: Any) -> bool:
+        place = -1 if link >= 0 else free
+        if place < 0:
+            if scene.frames_are_old:
+                scene.frames(fresh=True)
+            else:
+                world.kinematics()
+        shown, turns = world.kept_frames or (xpos, xquat)
+        row = rows[link + 1]
+        if not kernels.push_link(
+            *(xpos, xquat, shown, turns, xipos, qpos, frames, row, link + 1, place, local, *numbers, applied)
+        ):
+            return False
+        wrenches.note_push()
+        return True
+
+    record.link_pusher = push
+    return push
 
 
 class LinkGroup:

@@ -135,3 +135,82 @@ def joint_states(qpos, qvel, forces, positions, velocities, out):  # pragma: no 
             out[0, n] = qpos[positions[n]]
             out[1, n] = qvel[velocities[n]]
             out[2, n] = forces[velocities[n]]
+
+
+@compiled(
+    "f8[:,:] f8[:,:] f8[:,:] f8[:,:] f8[:,:] f8[:] f8[:,:] i8 i8 i8 i8",
+    "f8 f8 f8 f8 f8 f8 f8 f8 f8 f8[:,:] -> i8",
+)
+def push_link(  # pragma: no cover
+    xpos,
+    xquat,
+    shown,
+    turns,
+    xipos,
+    qpos,
+    frames,
+    row,
+    link,
+    free,
+    local,
+    fx,
+    fy,
+    fz,
+    tx,
+    ty,
+    tz,
+    px,
+    py,
+    pz,
+    out,
+):
+    """Add a force at a point and a torque to MuJoCo's forces; return 0 where they are not finite.
+
+    xpos, xquat: MuJoCo's body poses (w first). shown, turns: those that scripts see. frames: (n, 7) inertial
+    frames in link frames. row: the link's row in xpos; link: in frames. free: the free joint's place in qpos,
+    -1 for a link. local: 0 world axes, 1 axes and origin of the inertial frame; 2 more: at its centre.
+    """
+    x, y, z = shown[row, 0], shown[row, 1], shown[row, 2]
+    w, i, j, k = turns[row, 0], turns[row, 1], turns[row, 2], turns[row, 3]
+    vx, vy, vz = frames[link, 0], frames[link, 1], frames[link, 2]
+    ox = oy = oz = 0.0
+    if free >= 0:
+        x, y, z = qpos[free], qpos[free + 1], qpos[free + 2]
+        w, i, j, k = qpos[free + 3], qpos[free + 4], qpos[free + 5], qpos[free + 6]
+    else:  # MuJoCo has the centre of mass of a massless link in the origin of its frame
+        cx, cy, cz = _rotated((xquat[row, 0], xquat[row, 1], xquat[row, 2], xquat[row, 3]), (vx, vy, vz))
+        ox, oy, oz = (
+            xpos[row, 0] + cx - xipos[row, 0],
+            xpos[row, 1] + cy - xipos[row, 1],
+            xpos[row, 2] + cz - xipos[row, 2],
+        )
+    turn = (w, i, j, k)
+    if local & 1:
+        fi, fj, fk, fw = frames[link, 3], frames[link, 4], frames[link, 5], frames[link, 6]
+        turn = (
+            w * fw - i * fi - j * fj - k * fk,
+            w * fi + i * fw + j * fk - k * fj,
+            w * fj - i * fk + j * fw + k * fi,
+            w * fk + i * fj - j * fi + k * fw,
+        )
+        fx, fy, fz = _rotated(turn, (fx, fy, fz))
+        tx, ty, tz = _rotated(turn, (tx, ty, tz))
+    if local & 2:
+        px, py, pz = 0.0, 0.0, 0.0
+    elif local & 1:
+        px, py, pz = _rotated(turn, (px, py, pz))
+    else:
+        cx, cy, cz = _rotated(turn, (vx, vy, vz))
+        px, py, pz = px - x - cx, py - y - cy, pz - z - cz
+    px, py, pz = px + ox, py + oy, pz + oz
+    tx, ty, tz = tx + py * fz - pz * fy, ty + pz * fx - px * fz, tz + px * fy - py * fx
+    total = fx + fy + fz + tx + ty + tz
+    if total - total != 0.0:
+        return 0
+    out[row, 0] += fx
+    out[row, 1] += fy
+    out[row, 2] += fz
+    out[row, 3] += tx
+    out[row, 4] += ty
+    out[row, 5] += tz
+    return 1

@@ -25,10 +25,8 @@ class Wrenches:
         self._pushes = False
         """Whether it acts on a link."""
         self._viewed: Any = None
-        self._view: Any = None
-        """MuJoCo's forces and torques of all bodies as plain numbers, and the data whose they are."""
         self._efforts: Any = None
-        """MuJoCo's efforts of all degrees of freedom as plain numbers."""
+        """MuJoCo's efforts of all degrees of freedom as plain numbers, and the data whose they are."""
         self._arrays: tuple[np.ndarray, np.ndarray] = np.zeros((0, 6)), np.zeros(0)
         self.of_last_push: tuple[float, np.ndarray] | None = None
         """Simulated time after the last step with external forces, and (nbody, 6) forces and torques."""
@@ -63,42 +61,8 @@ class Wrenches:
         data.xfrc_applied[row, 3:] += t
         self.pending = self._pushes = True
 
-    def push(self, row: int, fx: float, fy: float, fz: float, tx: float, ty: float, tz: float) -> None:
-        """Add force (N) and torque (N m) about the centre of mass, in the world frame, on a body.
-
-        Args:
-            row: MuJoCo's number of the body; the world is compiled.
-            fx: force along x; fy, fz likewise.
-            fy: force along y.
-            fz: force along z.
-            tx: torque about x; ty, tz likewise.
-            ty: torque about y.
-            tz: torque about z.
-
-        Raises:
-            RoboyardError: a number is not finite.
-        """
-        total = fx + fy + fz + tx + ty + tz
-        if total - total != 0.0:  # inf and nan alike
-            raise RoboyardError(f"force and torque must be finite, got {(fx, fy, fz, tx, ty, tz)}")
-        self.add_numbers(6 * row, fx, fy, fz)
-        self.add_numbers(6 * row + 3, tx, ty, tz)
-
-    def add_numbers(self, start: int, x: float, y: float, z: float) -> None:
-        """Add three finite numbers to MuJoCo's forces and torques of all bodies.
-
-        Args:
-            start: place of the first: six times MuJoCo's number of the body, 3 more for the torque.
-            x: force (N) along x, or torque (N m) about it, in the world frame; y, z likewise.
-            y: the same of y.
-            z: the same of z.
-        """
-        if self._viewed is not self._world.live_data:
-            self._look_up()
-        view = self._view
-        view[start] += x
-        view[start + 1] += y
-        view[start + 2] += z
+    def note_push(self) -> None:
+        """Note that forces or torques were added to MuJoCo's `xfrc_applied`."""
         self.pending = self._pushes = True
 
     def add_joint_effort(self, joint: Joint, effort: float) -> None:
@@ -135,4 +99,4 @@ class Wrenches:
     def _look_up(self) -> None:
         data = self._world.live_data
         self._viewed, self._arrays = data, (data.xfrc_applied, data.qfrc_applied)
-        self._view, self._efforts = data.xfrc_applied.reshape(-1).data, data.qfrc_applied.data
+        self._efforts = data.qfrc_applied.data
