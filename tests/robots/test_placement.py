@@ -76,3 +76,31 @@ def test_a_fixed_robot_is_lifted_in_a_scene_with_sleeping() -> None:
     scene.world.step(3)
     assert lowest_point(robot) == pytest.approx(scene.spawn[2], abs=1e-6)
     assert robot.body.bounds[1, 2] > 0.19
+
+
+MOUNTED = """<robot name="arm"><link name="base">{shape}</link>
+<link name="l"><inertial><mass value="1"/>
+<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>
+<collision><origin xyz="0 0 {z}"/><geometry><box size="0.1 0.1 0.4"/></geometry></collision></link>
+<joint name="j" type="revolute"><parent link="base"/><child link="l"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="9" velocity="1"/></joint></robot>"""
+FOOT = '<collision><geometry><box size="0.1 0.1 0.02"/></geometry></collision>'
+
+
+@pytest.mark.parametrize(
+    ("shape", "z", "height"),
+    [
+        ("", 0.5, 0.0),  # the box begins 0.3 m above a base that is not drawn
+        ("", -0.5, 0.7),  # it hangs from its base
+        ("", 5.0, -4.8),  # the root frame is no mounting
+        (FOOT, 0.5, 0.01),
+        (FOOT, -0.5, 0.7),
+    ],
+)
+def test_a_fixed_arm_without_a_drawn_base_stands_on_its_root_frame(
+    shape: str, z: float, height: float
+) -> None:
+    world = World()
+    world.add_plane()
+    robot = add_robot(world, load_description(MOUNTED.format(shape=shape, z=z)))
+    assert robot.position[2] == pytest.approx(height, abs=1e-6)

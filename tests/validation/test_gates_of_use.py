@@ -305,3 +305,29 @@ def test_a_robot_without_collision_shapes_cannot_stand() -> None:
     gate = gates(stand_gates, bare, LEGS)["stand"]
     assert not gate.passed
     assert list(gate.findings) == ["no link has a collision shape: it falls through the floor"]
+
+
+def test_an_arm_whose_collision_shape_reaches_through_its_base_is_named() -> None:
+    """A sphere of 0.2 m around the first joint, where a box of 0.1 m is seen."""
+    arm = (
+        f'<link name="arm">{INERTIAL.format(com="0 0 0", mass=1)}'
+        '<visual><origin xyz="0 0 0.05"/><geometry><box size="0.1 0.1 0.1"/></geometry></visual>'
+        '<collision><geometry><sphere radius="0.2"/></geometry></collision></link>'
+    )
+    text = '<robot name="inflated">' + link("base", "0.2 0.2 0.1") + arm
+    described = load_description(text + hinge("j", "base", "arm", "0 0 0.05") + "</robot>")
+    given = definition(
+        raw_controller_order=["arm_0"],
+        default_controllers={"arm_0": "JointController"},
+        manipulation={
+            "n_arms": 1,
+            "arm_names": ["0"],
+            "arm_link_names": {"0": ["arm"]},
+            "arm_joint_names": {"0": ["j"]},
+            "eef_link_names": {"0": "arm"},
+            "finger_link_names": {"0": []},
+            "finger_joint_names": {"0": []},
+        },
+    )
+    found = gates(stand_gates, described, given)["arms_free"].findings
+    assert "collision shapes (sphere) that the file gives it reach 200 mm below what is seen" in found[0]

@@ -1,17 +1,21 @@
 """Where a robot stands: its lowest point, and the floor below a point.
 
 A vendor's root frame is at the floor, in the pelvis or at the top of a lift. A robot whose root frame is put
-on the floor therefore starts in it, or above it; `stand_on_floor` puts its lowest point there. Where the
+on the floor therefore starts in it, or above it; `stand_on_floor` puts its lowest point there. The root frame
+counts as a point of a fixed robot whose base has no shape: an arm must not sink by the height of what it
+stands on. Where the
 ground is uneven, `raise_out_of_ground` raises it further.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 
 from roboyard.description.geometry import geometry_mesh
-from roboyard.description.model import Mesh
+from roboyard.description.model import Collision, Mesh, Visual
 from roboyard.errors import MeshError
 from roboyard.robots.robot import Robot
 from roboyard.sim.body import Body
@@ -44,7 +48,7 @@ def stand_on_floor(robot: Robot, always: bool | None = None) -> float:
     floor = floor_below(robot, position)
     if floor is None:
         return 0.0
-    gap = lowest_point(robot) - floor
+    gap = min(lowest_point(robot), mounting_height(robot)) - floor
     if not np.isfinite(gap) or (always is None and position[2] - floor > ON_FLOOR and gap >= 0.0):
         return 0.0
     robot.body.set_pose(position - [0.0, 0.0, gap], robot.body.pose[1])
@@ -102,6 +106,25 @@ def lowest_point(robot: Robot) -> float:
     return min(lowest_collision(robot.body), lowest_visual(robot))
 
 
+def mounting_height(robot: Robot) -> float:
+    """Return the height of the root frame (m) of a fixed robot whose base has no shape; else +inf.
+
+    A root frame further below the robot than the robot is large is no mounting, and does not count either.
+    """
+    description = robot.description
+    if not robot.body.is_fixed or robot.definition.holonomic_base is not None:
+        return np.inf
+    rigid = [description.root.name]
+    for name in rigid:
+        link = description.link_by_name[name]
+        if link.visuals or link.collisions:
+            return np.inf
+        rigid += [joint.child for joint in description.child_joints[name] if not joint.is_moving]
+    root, lowest, (low, high) = float(robot.body.pose[0][2]), lowest_point(robot), robot.body.bounds
+    size = float(np.linalg.norm(high - [low[0], low[1], lowest]))
+    return root if lowest - root < size else np.inf
+
+
 def lowest_collision(body: Body) -> float:
     """Return the height of the lowest point of a body's collision shapes (m); +inf without any."""
     world = World.of(body)
@@ -141,19 +164,22 @@ def lowest_visual(robot: Robot) -> float:
 
     They are the description's, since a world may be built without visual shapes.
     """
+    links = robot.description.links
+    return min((lowest_of_shapes(robot, link.name, link.visuals) for link in links), default=np.inf)
+
+
+def lowest_of_shapes(robot: Robot, link: str, shapes: Sequence[Visual | Collision]) -> float:
+    """Return the height of the lowest point of shapes of a link, as given (m); +inf without any."""
     lowest, scale = np.inf, robot.body.scale
-    for link in robot.description.links:
-        if not link.visuals:
+    T_world_link = pose_matrix(*robot.link(link).pose) if shapes else np.eye(4)
+    up = T_world_link[2, :3]
+    for shape in shapes:
+        points = _vertices(shape.geometry)
+        if points is None:
             continue
-        T_world_link = pose_matrix(*robot.link(link.name).pose)
-        up = T_world_link[2, :3]
-        for visual in link.visuals:
-            points = _vertices(visual.geometry)
-            if points is None:
-                continue
-            up_here = up @ matrix_from_quaternion(visual.origin.quaternion)
-            start = T_world_link[2, 3] + scale * float(up @ np.asarray(visual.origin.position))
-            lowest = min(lowest, start + scale * float((points @ up_here).min()))
+        up_here = up @ matrix_from_quaternion(shape.origin.quaternion)
+        start = T_world_link[2, 3] + scale * float(up @ np.asarray(shape.origin.position))
+        lowest = min(lowest, start + scale * float((points @ up_here).min()))
     return float(lowest)
 
 

@@ -20,6 +20,7 @@ from roboyard.importer.planning.centred_legs import centred_legs
 from roboyard.importer.planning.contact_checker import ContactChecker
 from roboyard.importer.planning.contact_free_posture import contact_free_posture
 from roboyard.importer.planning.ik_rest_posture import NewContacts, ik_rest_posture
+from roboyard.importer.planning.landed_arms import landed_arms
 from roboyard.importer.planning.link_spheres import fit_links
 from roboyard.importer.planning.rest_posture import lock_joints, rest_posture
 from roboyard.importer.planning.standing_posture import standing_posture
@@ -82,6 +83,10 @@ def _rest(robot: RobotModel, context: ImportContext, checker: ContactChecker) ->
     bent = {name: rest[name] for name in rest if rest[name] != straight[name]}
     _note_rest(context, bent, "because the stretched arm is near a singularity")
     semantic = robot.semantic
+    if semantic.kind == "drone" and semantic.arms:
+        raised = landed_arms(robot.description, semantic.arms, rest, NewContacts(checker, rest))
+        _note_rest(context, raised, "because the robot would land on its arm")
+        rest |= raised
     still = {*semantic.base_joints, *semantic.virtual_joints, *semantic.caster_joints, *semantic.steer_joints}
     still |= {wheel.joint for wheel in semantic.wheels}
     still |= {name for leg in semantic.legs for name in leg.joints}

@@ -9,13 +9,15 @@ import numpy as np
 
 from roboyard.description.model import Mesh
 from roboyard.morphology.skeleton import BASE, Skeleton, is_endless
-from roboyard.morphology.words import meanings
+from roboyard.morphology.words import meanings, share
 
 FEWEST = 3
 """Smallest number of rotors; two may be anything that spins."""
 FLAT = 0.5
 """Largest height of a rotor as a share of its width."""
 UPRIGHT = 0.8
+MOST = 0.7
+"""Share of the moving links that are named as a flying robot's, where no name of its base says so."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -69,6 +71,9 @@ def _said_to_fly(skeleton: Skeleton) -> str:
         found = next((text for text in texts if "flying" in meanings(text)), "")
         if found:
             return f'the name "{found}"'
+    moved = [link for name in skeleton.joint for link in skeleton.links[name]]
+    if skeleton.mass(BASE) > 0 and share("flying", moved) > MOST:
+        return f'the name of most of its moving links, such as "{moved[0]}",'
     return ""
 
 

@@ -7,7 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from roboyard.robots import Robot
-from roboyard.robots.placement import lowest_collision, lowest_point, lowest_visual
+from roboyard.robots.placement import (
+    lowest_collision,
+    lowest_of_shapes,
+    lowest_point,
+    lowest_visual,
+)
 from roboyard.robots.stability.casters import ASSUMED_CASTERS
 from roboyard.transforms import Array, matrix_from_quaternion
 from roboyard.validation.report import Curve, Gate
@@ -24,6 +29,8 @@ MAX_DROP = 0.15
 NARROW = 0.015
 """Smallest width of a support polygon, as a share of the robot's height."""
 BALANCES = "which no fixed posture balances"
+UNSEEN = 0.02
+"""Least depth of a link's collision shapes below its visual ones that is named (m)."""
 ANGLES = 72
 PRESS = 2e-3
 """Depth to which the robot is lowered to find all points on which it stands (m)."""
@@ -232,8 +239,8 @@ def _arms(robot: Robot, contacts: Mapping[str, Array]) -> Gate:
             joint = description.parent_joint[above]
             if joint.name in arms:
                 found.append(
-                    f"arm {arms[joint.name]!r} carries the robot: its link {link!r} is on the floor; it is a "
-                    "leg or a wheel, or the rest posture is too low"
+                    f"arm {arms[joint.name]!r} carries the robot: its link {link!r} is on the floor; "
+                    + (_unseen(robot, link) or "it is a leg or a wheel, or the rest posture is too low")
                 )
                 break
             above = joint.parent
@@ -247,6 +254,19 @@ def _arms(robot: Robot, contacts: Mapping[str, Array]) -> Gate:
         findings=found,
         advice="manipulation.arm_joint_names (list legs in locomotion.base_joint_names), default_joint_pos",
         skipped="" if robot.arms else "the robot has no arm",
+    )
+
+
+def _unseen(robot: Robot, link: str) -> str:
+    """Return by how much a link's collision shapes reach below its visual ones; empty where they do not."""
+    own = robot.description.link_by_name[link]
+    below = lowest_of_shapes(robot, link, own.visuals) - lowest_of_shapes(robot, link, own.collisions)
+    if not UNSEEN < below < np.inf:
+        return ""
+    kinds = "/".join(sorted({type(shape.geometry).__name__.lower() for shape in own.collisions}))
+    return (
+        f"the collision shapes ({kinds}) that the file gives it reach {below * 1e3:.0f} mm below what is "
+        "seen of it"
     )
 
 
