@@ -81,3 +81,34 @@ def test_the_robot_is_shown_switched_and_moved(shown: tuple[Inspector, chromium.
     inspector.play(True)
     inspector.tick(0.1)
     assert inspector.world.time > 0.05
+
+
+def test_software_draws_few_triangles_until_asked_for_all(tmp_path: Path) -> None:
+    import trimesh
+
+    ball = trimesh.creation.icosphere(subdivisions=6, radius=0.5)
+    ball.export(tmp_path / "ball.stl")
+    file = tmp_path / "ball.urdf"
+    file.write_text(
+        '<robot name="ball"><link name="ball"><visual><geometry><mesh filename="ball.stl"/></geometry>'
+        '<material name="red"><color rgba="0.9 0 0 1"/></material></visual></link></robot>'
+    )
+    inspector = Inspector(RobotSource(name="ball", urdf=file), port=0, quiet=True)
+    page = chromium.Page(inspector.viewer.url, tmp_path / "profile")
+    drawn = "window.__viserMutable?.scene?.__r3f?.root?.getState?.()?.gl?.info.render.triangles ?? 0"
+    try:
+        until(inspector, lambda: share(page.picture(), 0) > 0.01)
+        until(inspector, lambda: 1000 < page.evaluate(drawn) < 40_000)
+        low = page.picture()
+        until(inspector, lambda: page.choose_quality("normal"))
+        until(inspector, lambda: page.evaluate(drawn) > 80_000)
+        until(inspector, lambda: len(inspector.viewer.nodes._replaced) == 0)
+        red = (low[..., 0] > low[..., 1:].max(axis=2) + 60) & (low[..., 0] > 60)
+
+        def is_alike() -> bool:  # light per corner and light per pixel
+            return float(np.abs(page.picture() - low)[red].mean()) < 20
+
+        until(inspector, is_alike)
+    finally:
+        page.close()
+        inspector.close()

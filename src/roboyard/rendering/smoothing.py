@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard._numba import njit
-from roboyard.rendering.compile_notice import announce
+from roboyard.native import compiled
 
 CREASE_COSINE = 0.76
 """Cosine of the crease angle: edges sharper than about 40 degrees are not smoothed."""
@@ -64,6 +63,20 @@ def closed_faces(vertices: NDArray, faces: NDArray) -> NDArray[np.bool_]:
     return ~open_part[part_of_face] & (volume[part_of_face] > 0)
 
 
+def is_closed(vertices: NDArray, faces: NDArray) -> bool:
+    """Return whether the (m, 3) faces close around a volume and face outward; `vertices` is (n, 3) (m).
+
+    Faces that coincide with faces of the other side may be missing: the surface is closed all the same.
+    """
+    if not len(faces):
+        return False
+    start = faces.ravel().astype(np.int64)
+    if not _may_be_paired(start, np.roll(faces, -1, axis=1).ravel().astype(np.int64), len(vertices)):
+        return False
+    a, b, c = (vertices[faces[:, k]] - vertices.mean(axis=0) for k in range(3))
+    return bool(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() > 0.0)
+
+
 def _may_be_paired(start: NDArray, stop: NDArray, count: int) -> bool:
     """Return False if some directed edge has no opposite; open meshes are detected without sorting.
 
@@ -96,14 +109,18 @@ def creased_normals(vertices: NDArray, faces: NDArray, cosine: float = CREASE_CO
     flat = faces.ravel()
     order = np.argsort(flat, kind="stable").astype(np.int64)
     start = np.searchsorted(flat[order], np.arange(len(vertices) + 1)).astype(np.int64)
-    announce(_average)
     out = np.empty((len(faces), 3, 3), dtype=np.float32)
-    _average(normals, angle, order, start, cosine, out)
+    _average(normals, angle, order, start, float(cosine), out)
     return out
 
 
-@njit(cache=True)
+@compiled("f8[:,::1] f8[:,::1] i8[::1] i8[::1] f8 f4[:,:,::1]")
 def _average(normals, angle, order, start, cosine, out):
+    """Write the normal of each corner of each face.
+
+    normals: (m, 3) of the faces. angle: (m, 3) of their corners (rad). order: (3 m,) corners sorted by
+    vertex. start: (n + 1,) their bounds in `order`. out: (m, 3, 3), written.
+    """
     for vertex in range(len(start) - 1):
         for i in range(start[vertex], start[vertex + 1]):
             face, corner = order[i] // 3, order[i] % 3

@@ -39,8 +39,8 @@ log = logging.getLogger(__name__)
 
 GRAB_KEY = "cmd/ctrl"
 """Key with which the mouse drags a body instead of the camera."""
-RATE = 60.0
-"""Largest rate of updates (Hz)."""
+RATE, LOW_RATE = 60.0, 30.0
+"""Largest rate of updates, and that while all pages draw in low quality (Hz)."""
 
 
 class Viewer:
@@ -122,6 +122,9 @@ class Viewer:
         """Pauses, slows and single-steps the thread that steps the world, as the bar of the page asks."""
         self.bar = Bar(self.server, title, self._controls(), speed=None)
         """Bar of the page, with play, step, reset, speed, views, contact forces, pictures and films."""
+        self._low: set[int] = set()
+        """Numbers of the clients that draw in low quality."""
+        self.bar.on_quality = self._on_quality
         self.moments = Moments()
         """The last minute of the world, recorded while a page is open."""
         self.playback = Playback(self.moments)
@@ -282,6 +285,7 @@ class Viewer:
     async def _on_disconnect(self, client: Any) -> None:
         self.grab.drop(client.client_id)
         with self._counting:
+            self._low.discard(client.client_id)
             self.watchers -= 1
             if not self.watchers:
                 self.playback.go_live()
@@ -297,6 +301,13 @@ class Viewer:
             home=self.go_home,
             refresh=lambda: gate.do(self._take),
         )
+
+    def _on_quality(self, client: int, quality: str) -> None:
+        """Send full meshes once a page draws in more than low quality."""
+        with self._counting:
+            (self._low.add if quality == "low" else self._low.discard)(client)
+        if quality != "low":
+            self.nodes.is_detailed = True
 
     def _on_gate(self, gate: StepGate) -> None:
         self.bar.show(playing=gate.playing, speed=gate.speed)
@@ -329,11 +340,13 @@ class Viewer:
                 if self._closing.is_set():
                     return
                 log.exception("an update of the viewer failed")
-            self._closing.wait(timeout=max(start + 1.0 / self.rate - perf_counter(), 0.001))
+            rate = min(self.rate, LOW_RATE if len(self._low) >= self.watchers else self.rate)
+            self._closing.wait(timeout=max(start + 1.0 / rate - perf_counter(), 0.001))
 
     def _publish(self) -> None:
         with self._publishing:
             snapshot, drawing = self.playback.shown() or self._latest, self._drawing
+            self.nodes.refine()
             if snapshot is None or (snapshot is self._published and drawing is self._drawn):
                 return
             with self.server.atomic():

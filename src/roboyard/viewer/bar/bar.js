@@ -82,11 +82,96 @@
   const chosen = () => {  // in an earlier page of this browser
     try { const q = localStorage.getItem(CHOICE); return ["low", "normal", "high"].includes(q) ? q : null; } catch { return null; }
   };
+  // In low quality, light is computed once per corner instead of per pixel: a processor draws three times faster.
+  const LIT_CORNERS = `
+    struct Sun { vec3 direction; vec3 color; };
+    struct Sky { vec3 direction; vec3 skyColor; vec3 groundColor; };
+    #if NUM_DIR_LIGHTS > 0
+      uniform Sun directionalLights[NUM_DIR_LIGHTS];
+    #endif
+    #if NUM_HEMI_LIGHTS > 0
+      uniform Sky hemisphereLights[NUM_HEMI_LIGHTS];
+    #endif
+    uniform vec3 ambientLightColor;
+    uniform float roughness;
+    varying vec3 vLight;
+    varying vec3 vShine;
+    void lightCorner(vec3 normal, vec3 place) {
+      vec3 eye = normalize(-place), n = normalize(normal);
+      if (dot(n, eye) < 0.0) n = -n;
+      float gloss = exp2(9.0 * (1.0 - roughness)), rim = 1.0 - max(dot(n, eye), 0.0);
+      vLight = ambientLightColor;
+      vShine = vec3(0.0);
+      #if NUM_DIR_LIGHTS > 0
+        for (int i = 0; i < NUM_DIR_LIGHTS; i++) {
+          vec3 l = directionalLights[i].direction, c = max(dot(n, l), 0.0) * directionalLights[i].color;
+          vLight += c;
+          vShine += c * pow(max(dot(n, normalize(l + eye)), 0.0), gloss) * (gloss + 2.0) * 0.005;
+        }
+      #endif
+      #if NUM_HEMI_LIGHTS > 0
+        for (int i = 0; i < NUM_HEMI_LIGHTS; i++) {
+          vec3 c = mix(hemisphereLights[i].groundColor, hemisphereLights[i].skyColor, 0.5 + 0.5 * dot(n, hemisphereLights[i].direction));
+          vLight += c;
+          vShine += c * 0.04 * rim * rim;
+        }
+      #endif
+      vLight *= RECIPROCAL_PI;
+      vShine *= RECIPROCAL_PI;
+    }
+    void main() {`;
+  const PLAIN_PIXELS = `
+    uniform vec3 diffuse;
+    uniform float opacity;
+    varying vec3 vLight;
+    varying vec3 vShine;
+    #include <common>
+    #include <color_pars_fragment>
+    #include <uv_pars_fragment>
+    #include <map_pars_fragment>
+    #include <fog_pars_fragment>
+    #include <logdepthbuf_pars_fragment>
+    #include <clipping_planes_pars_fragment>
+    void main() {
+      vec4 diffuseColor = vec4(diffuse, opacity);
+      #include <clipping_planes_fragment>
+      #include <logdepthbuf_fragment>
+      #include <map_fragment>
+      #include <color_fragment>
+      gl_FragColor = vec4(diffuseColor.rgb * vLight + vShine, diffuseColor.a);
+      #include <tonemapping_fragment>
+      #include <colorspace_fragment>
+      #include <fog_fragment>
+    }`;
+  let isLow = false, cheaper = null;
+  const simplify = shader => {
+    if (!isLow || !shader.vertexShader.includes("#include <fog_vertex>")) return;
+    shader.vertexShader = shader.vertexShader.replace("void main() {", LIT_CORNERS)
+      .replace("#include <fog_vertex>", "#include <fog_vertex>\n lightCorner(transformedNormal, mvPosition.xyz);");
+    shader.fragmentShader = PLAIN_PIXELS;
+  };
+  const cheapen = scene => {  // one prototype: materials that arrive later are compiled once
+    if (cheaper) return;
+    scene.traverse(o => {
+      const m = [o.material].flat()[0];
+      if (cheaper || !o.isMesh || m?.type !== "MeshStandardMaterial") return;
+      cheaper = Object.getPrototypeOf(m);
+      cheaper.onBeforeCompile = simplify;
+      cheaper.customProgramCacheKey = () => isLow ? "roboyard low" : "";
+      scene.traverse(p => { for (const q of [p.material ?? []].flat()) q.needsUpdate = true; });
+    });
+  };
   let applied = "", redraws = 0;
   const applyQuality = () => {
     const three = store();
     if (!three?.gl) return;
-    if (!quality.dataset.chosen) { quality.dataset.chosen = "1"; quality.value = chosen() ?? (isSoftware() ? "low" : "normal"); }
+    if (!quality.dataset.chosen) {
+      quality.dataset.chosen = "1";
+      quality.value = chosen() ?? (isSoftware() ? "low" : "normal");
+      say(["quality", quality.value]);
+    }
+    isLow = quality.value === "low";
+    cheapen(three.scene);
     const ratio = {low: 0.5, normal: 1, high: 2}[quality.value] * (quality.value === "high" ? 1 : window.devicePixelRatio);
     let again = false;
     const shadows = quality.value !== "low", wanted = `${ratio} ${shadows}`;
@@ -108,6 +193,7 @@
     () => {
       quality.dataset.chosen = "1";
       try { localStorage.setItem(CHOICE, quality.value); } catch { /* no storage: the choice holds for this page */ }
+      say(["quality", quality.value]);
       applyQuality();
     });
   quality.value = chosen() ?? "normal";
@@ -166,7 +252,13 @@
     const canvas = window.__viserMutable?.canvas;
     if (canvas && canvas !== watched) { watch.disconnect(); watch.observe(watched = canvas); }
     place(); closeNote(); applyQuality(); if (state.title) document.title = state.title; };
-  const timer = setInterval(pulse, 500);
+  const timer = setInterval(pulse, 500), began = performance.now();
+  const early = () => {  // before the first meshes are compiled
+    if (cheaper || performance.now() - began > 20000) return;
+    if (store()?.gl) applyQuality();
+    requestAnimationFrame(early);
+  };
+  requestAnimationFrame(early);
   window.addEventListener("resize", place);
   listen(now => {
     state = now;
@@ -198,5 +290,6 @@
     window.removeEventListener("resize", place);
     delete document.hasFocus;
     delete window.__roboyardClosed;
+    if (cheaper) { delete cheaper.onBeforeCompile; delete cheaper.customProgramCacheKey; cheaper = null; }
     for (const e of [bar, note, style]) e.remove();
   };

@@ -66,6 +66,8 @@ class Bar:
         """
         self._server = server
         self.controls = controls
+        self.on_quality: Callable[[int, str], None] = lambda *_: None
+        """Called with the number of a page's client and its quality: low, normal or high."""
         self._state: dict[str, Any] = {
             "playing": True,
             "speed": speed,
@@ -135,6 +137,8 @@ class Bar:
             case ["forces", bool(forces)]:
                 self.show(forces=forces)
                 self.controls.refresh()
+            case ["quality", "low" | "normal" | "high" as quality]:
+                self.on_quality(client, quality)
             case ["view", str(view)]:
                 self._look(client, view)
 

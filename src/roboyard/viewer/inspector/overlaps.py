@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from roboyard.sim import World
-from roboyard.validation.test_world import own_contacts
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -19,6 +18,8 @@ def overlaps(body: Body, least: float = 0.0) -> list[tuple[str, str, float]]:
     Returns:
         Names of both links in alphabetical order, and the depth (m).
     """
+    from roboyard.validation.test_world import own_contacts  # loads all of robots/, which a page needs later
+
     assert body.description is not None
     world = World(visual_geoms=False)
     copy = world.add_description(body.description, fixed_base=True, self_collision=True, drives=False)

@@ -58,14 +58,14 @@ def find_robot(name: str, planner_file: Path | None = None, config: Path | None 
     Raises:
         RoboyardError: no such file or name; the message lists the nearest names.
     """
-    from roboyard.assets import OBJECTS, ROBOTS, asset_path
-    from roboyard.robots.registry import REGISTERED_ROBOTS
-
     path = Path(name)
     if path.is_file():
         return RobotSource(name=path.stem, urdf=path, planner_file=planner_file, config=config)
     if path.suffix or len(path.parts) > 1:
         raise RoboyardError(f"there is no file {name!r}")
+    from roboyard.assets import OBJECTS, ROBOTS, asset_path
+    from roboyard.robots.registry import REGISTERED_ROBOTS  # loads all of robots/
+
     if name in REGISTERED_ROBOTS:
         return _registered(name, planner_file, config)
     bundled = ROBOTS | OBJECTS

@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 
 from roboyard.rendering.mesh_arrays import mesh_arrays
 from roboyard.rendering.scene import RenderShape
+from roboyard.rendering.smoothing import is_closed
 
 FLOAT, UNSIGNED = 5126, 5125
 ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
 NEAREST, LINEAR, TRILINEAR = 9728, 9729, 9987
 REPEAT = 10497
+DARKEST = 0.03
+"""Least linear light of the brightest channel: black surfaces would show no shape."""
 CHECKER_PIXELS = 64
 """Side of the texture of a checkerboard, which has two by two squares (pixels)."""
 
@@ -46,6 +49,7 @@ def glb(shape: RenderShape) -> bytes:
     if uv is not None:
         attributes["TEXCOORD_0"] = file.add_array(rows[:, 6:8], "VEC2")
     faces = index.reshape(-1, 3)
+    file.is_closed = is_closed(arrays.vertices, arrays.faces)
     colors = arrays.colors if shape.use_mesh_colors else None
     factor = np.asarray(shape.rgba, dtype=float)
     if colors is None:
@@ -126,6 +130,8 @@ class _File:
     """A glTF document with one buffer, being written."""
 
     def __init__(self) -> None:
+        self.is_closed = False
+        """Whether the backs of all faces are out of sight."""
         self._data = bytearray()
         self._views: list[dict[str, Any]] = []
         self._accessors: list[dict[str, Any]] = []
@@ -185,14 +191,16 @@ class _File:
             }
         )
         alpha = float(np.clip(rgba[3], 0.0, 1.0))
+        linear = linear_rgb(rgba[:3])
         surface: dict[str, Any] = {
-            "baseColorFactor": [*(float(c) for c in linear_rgb(rgba[:3])), alpha],
+            "baseColorFactor": [*(float(c) for c in linear + max(DARKEST - linear.max(), 0.0)), alpha],
             "metallicFactor": 0.0,
             "roughnessFactor": float(np.clip(1.0 - specular, 0.3, 1.0)),
         }
         if textured:
             surface["baseColorTexture"] = {"index": 0}
-        material: dict[str, Any] = {"pbrMetallicRoughness": surface, "doubleSided": True}
+        both = not self.is_closed or alpha < 1.0
+        material: dict[str, Any] = {"pbrMetallicRoughness": surface, "doubleSided": both}
         if alpha < 1.0:
             material["alphaMode"] = "BLEND"
         self._materials.append(material)

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from roboyard.rendering.scene import RenderShape
 from roboyard.transforms import quaternion_from_matrix, to_wxyz
+from roboyard.viewer.scene.coarse import CoarseMeshes
 from roboyard.viewer.scene.drags import Drag, drag_of
 from roboyard.viewer.scene.glb import glb, triangles
 from roboyard.viewer.scene.snapshot import Links
@@ -30,6 +32,9 @@ would shade themselves."""
 
 HIGHLIGHT = (1.0, 0.45, 0.05, 1.0)
 """RGBA of the selected link."""
+
+OVERLAP = 1.0
+"""Time for which a coarse mesh stays after the full one was sent, which pages decode meanwhile (s)."""
 
 Look = tuple[Any, ...]
 
@@ -55,6 +60,13 @@ class SceneNodes:
         self._visible = True
         self._wireframe = False
         self._tinted: tuple[int, int] | None = None
+        self.is_detailed = False
+        """Whether new shapes are sent with all their triangles, and `refine` replaces coarse ones."""
+        self._coarse = CoarseMeshes()
+        self._rough: set[Look] = set()
+        """Shapes that were sent coarse."""
+        self._replaced: list[tuple[float, Any]] = []
+        """Time and handle of coarse meshes that were replaced."""
 
     def show(self, shapes: Sequence[RenderShape], links: Links) -> None:
         """Replace the nodes by those of these links and shapes; unchanged ones are not sent again."""
@@ -68,21 +80,47 @@ class SceneNodes:
                 needed[_look(links.paths[shape.owner], drawn)] = drawn
         for look in [look for look in self._shapes if look not in needed]:
             handle, _ = self._shapes.pop(look)
+            self._rough.discard(look)
             if look[0] in self._frames:
                 handle.remove()
+        if not self.is_detailed:
+            self._coarse.prepare(needed.values())
         for look, shape in needed.items():
             if look not in self._shapes:
-                handle = self._add(look[0], shape)
+                drawn = shape if self.is_detailed else self._coarse.of(shape)
+                handle = self._add(look[0], drawn)
                 if handle is not None:
                     self._shapes[look] = handle, shape
+                    if drawn is not shape:
+                        self._rough.add(look)
         self._shown = shapes
+
+    def refine(self) -> None:
+        """Replace one coarse mesh by the full one, once shapes are detailed; call it for each update."""
+        now = monotonic()
+        while self._replaced and now - self._replaced[0][0] > OVERLAP:
+            self._replaced.pop(0)[1].remove()
+        if self.is_detailed and self._rough:
+            look = self._rough.pop()
+            coarse, shape = self._shapes[look]
+            handle = self._add(look[0], shape)
+            if handle is not None:
+                self._shapes[look] = handle, shape
+                self._replaced.append((monotonic(), coarse))
+
+    def _drop_replaced(self) -> None:
+        for _, handle in self._replaced:
+            handle.remove()
+        self._replaced.clear()
 
     def _show_links(self, links: Links) -> None:
         if links is self._links:
             return
+        self._drop_replaced()
         for path in [path for path in self._frames if path not in links.rows]:
             for look in [look for look in self._shapes if look[0] == path]:
                 self._shapes.pop(look)[0].remove()
+                self._rough.discard(look)
             self._frames.pop(path).remove()
         for path in links.rows:
             if path not in self._frames:
@@ -145,6 +183,7 @@ class SceneNodes:
         if on_drag == self._on_drag and tuple(keys) == self._drag_keys:
             return
         self._on_drag, self._drag_keys = on_drag, tuple(keys)
+        self._drop_replaced()
         for handle, shape in self._shapes.values():
             handle.remove_drag_callback()
             self._listen(handle, shape)
@@ -163,9 +202,11 @@ class SceneNodes:
 
     def _redraw(self) -> None:
         """Create all shapes again."""
+        self._drop_replaced()
         for handle, _ in self._shapes.values():
             handle.remove()
         self._shapes.clear()
+        self._rough.clear()
         shapes, self._shown = self._shown, None
         if shapes is not None and self._links is not None:
             self.show(shapes, self._links)
@@ -173,6 +214,7 @@ class SceneNodes:
     def set_visible(self, visible: bool) -> None:
         """Show or hide all shapes except floors."""
         self._visible = visible
+        self._drop_replaced()
         for handle, shape in self._shapes.values():
             handle.visible = visible or shape.infinite
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from roboyard.audit.findings import INFO
 from roboyard.audit.registry import CHECKS as KINDS
-from roboyard.robots.definition.schema import VIRTUAL_JOINTS
 from roboyard.viewer.inspector.checks.status import CheckContext, CheckResult, Violation
 from roboyard.viewer.inspector.edits.edit_state import pair
 from roboyard.viewer.inspector.overlaps import overlaps
@@ -28,6 +27,8 @@ def joints(context: CheckContext) -> CheckResult:
 
 def _findings(context: CheckContext, topics: tuple[str, ...]) -> list[Violation]:
     """Return errors and warnings of the audit, except those about the virtual joints of a holonomic base."""
+    from roboyard.robots.definition.schema import VIRTUAL_JOINTS  # loads all of robots/
+
     names = {link.name for link in context.body.links}
     virtual = [joint for joint in context.description.joints if joint.name in VIRTUAL_JOINTS]
     ours = {f'joint "{joint.name}"' for joint in virtual}

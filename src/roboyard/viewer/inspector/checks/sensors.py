@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from roboyard.validation.gates.sensors import MAX_OCCLUDED, camera_findings
 from roboyard.viewer.inspector.checks.status import CheckContext, CheckResult, Violation
 from roboyard.viewer.inspector.layers.sensor_layer import world_pose
 
 
 def cameras(context: CheckContext) -> CheckResult:
     """Measure each camera as `roboyard validate` does, at its edited pose."""
+    from roboyard.validation.gates.sensors import MAX_OCCLUDED, camera_findings
+
     violations, fractions = [], []
     cameras = [sensor for sensor in context.edits.sensors if sensor.kind == "camera_links"]
     if not cameras:
