@@ -280,8 +280,10 @@ def newton_bodies(file: Path, q: Mapping[str, float]) -> Bodies:
     builder = newton.ModelBuilder()
     builder.add_usd(str(file), load_visual_shapes=False)
     for j, label in enumerate(builder.joint_label):
-        if sum(builder.joint_dof_dim[j]) == 1:
-            builder.joint_q[builder.joint_q_start[j]] = q.get(label.rpartition("/")[2], 0.0)
+        name, count, start = label.rpartition("/")[2], sum(builder.joint_dof_dim[j]), builder.joint_q_start[j]
+        names = [name] if count == 1 else [f"{name}_{k + 1}" for k in range(count)]
+        if builder.joint_q_start[j + 1 :][:1] != [start + count + 1]:  # neither ball nor free joint
+            builder.joint_q[start : start + count] = [q.get(each, 0.0) for each in names]
     model = builder.finalize(device="cpu")
     state = model.state()
     newton.eval_fk(model, model.joint_q, model.joint_qd, state)

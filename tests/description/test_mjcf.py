@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import mujoco
@@ -157,6 +158,37 @@ def test_shapes_and_notes(file: Path) -> None:
     text = "\n".join(description.notes)
     assert "tendons" in text
     assert "bodies other than 'trunk'" in text
+
+
+def test_images_of_meshes_are_kept_and_never_decoded(tmp_path: Path) -> None:
+    """ANYmal's model has 80 million pixels; the second image here would be 16 GB."""
+    (tmp_path / "w.obj").write_text(WEDGE)
+    (tmp_path / "skins").mkdir()
+    head = b"\x89PNG\r\n\x1a\n" + b"\0\0\0\rIHDR"
+    (tmp_path / "skins" / "fur.png").write_bytes(head + struct.pack(">II", 64, 64) + b"\x08\x02\0\0\0")
+    (tmp_path / "skins" / "big.png").write_bytes(head + struct.pack(">II", 65536, 65536) + b"\x08\x02\0\0\0")
+    file = tmp_path / "cat.xml"
+    file.write_text("""
+        <mujoco><compiler texturedir="skins"/><asset><mesh name="w" file="w.obj"/>
+          <texture name="fur" type="2d" file="fur.png"/><texture name="big" type="2d" file="big.png"/>
+          <texture name="sky" type="cube" builtin="flat" width="9" height="9"/>
+          <material name="fur" texture="fur" rgba="1 0.5 0 1"/><material name="sky" texture="sky"/>
+          <material name="big"><layer role="rgb" texture="big"/></material></asset>
+        <worldbody><body name="cat">
+          <geom type="mesh" mesh="w" material="fur"/><geom type="mesh" mesh="w" material="big"/>
+          <geom size="0.1" material="sky"/><geom size="0.1" material="fur"/>
+        </body></worldbody></mujoco>""")
+    description = load_description(file)
+    materials = [visual.material for visual in description.root.visuals]
+    assert [material and material.texture for material in materials] == [
+        tmp_path / "skins" / "fur.png",
+        tmp_path / "skins" / "big.png",
+        None,
+        None,
+    ]
+    assert materials[0] is not None
+    assert materials[0].rgba == (1.0, 0.5, 0.0, 1.0)
+    assert sum("not flat images on meshes" in note for note in description.notes) == 1
 
 
 def test_every_command_takes_mjcf(file: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,6 +9,7 @@
 | the top-level body with most bodies, and all below it | the robot; what else is in the world is omitted |
 | `ref` of a joint | turned back, so that position zero means zero |
 | geoms that collide (contype or conaffinity); geoms of groups 0 to 2 | collisions; visuals |
+| material with a flat image, of a mesh | colour and texture |
 | named site | link without shape on a fixed joint |
 | joint's own force range, else the actuators' | effort limit |
 | equality of two joints, straight line | mimic |
@@ -31,6 +32,7 @@ from roboyard.description.mjcf.geoms import ShapeBuilder
 from roboyard.description.mjcf.limits import effort_of, mimics_of
 from roboyard.description.mjcf.loops import loops_of
 from roboyard.description.mjcf.parse import parse_mjcf
+from roboyard.description.mjcf.textures import take_textures
 from roboyard.description.model import Inertial, Joint, JointType, Limit, Link, RobotDescription
 from roboyard.description.urdf.xml import OmittedNote
 from roboyard.errors import DescriptionError
@@ -52,16 +54,17 @@ def read_mjcf(file: Path) -> RobotDescription:
     Raises:
         DescriptionError: the file is refused, MuJoCo rejects it, or it has no body.
     """
-    checked = checked_mjcf(file)
+    checked = checked_mjcf(file, pictures=False)
     try:
         spec = parse_mjcf(checked)
+        textures = take_textures(spec, file)
         model = spec.compile()
     except Exception as error:  # MuJoCo raises several types
         message = " ".join(str(error).split())[:500]
         raise DescriptionError(f"MuJoCo cannot read it: {message}", file=file) from error
     if model.nbody < 2:
         raise DescriptionError("the model has no <body>; give one that has a robot", file=file)
-    return _Builder(model=model, spec=spec, file=file).description()
+    return _Builder(model=model, spec=spec, file=file, textures=textures).description()
 
 
 @dataclass(kw_only=True)
@@ -71,6 +74,8 @@ class _Builder:
     model: Any
     spec: Any
     file: Path
+    textures: dict[str, Path | None]
+    """As `take_textures` returns them."""
     links: list[Link] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -80,7 +85,9 @@ class _Builder:
     def description(self) -> RobotDescription:
         """Return the whole model."""
         model = self.model
-        shapes = ShapeBuilder(model=model, spec=self.spec, file=self.file, notes=self.notes)
+        shapes = ShapeBuilder(
+            model=model, spec=self.spec, file=self.file, textures=self.textures, notes=self.notes
+        )
         names = self._names()
         self.shifts[0] = np.zeros(3)
         robot = int(np.bincount(model.body_rootid[1:]).argmax())

@@ -62,6 +62,7 @@ class _Check:
     """The counts so far of one model and the models that it attaches."""
 
     resolver: Resolver
+    pictures: bool = True
     elements: int = 0
     pixels: int = 0
     bytes: int = 0
@@ -69,12 +70,15 @@ class _Check:
     """File of an attached model to its number of elements."""
 
 
-def checked_mjcf(source: str | Path, search_paths: Sequence[Path] = ()) -> MjcfSource:
+def checked_mjcf(
+    source: str | Path, search_paths: Sequence[Path] = (), *, pictures: bool = True
+) -> MjcfSource:
     """Check an MJCF file, or text, whose files are then relative to the working folder.
 
     Args:
         source: path of the file, or the XML itself.
         search_paths: folders whose files it may name besides those of its own.
+        pictures: whether textures will be decoded, so that their pixels count.
 
     Raises:
         DescriptionError: it cannot be read, is no MJCF, names a file outside its folders, holds numbers that
@@ -82,7 +86,8 @@ def checked_mjcf(source: str | Path, search_paths: Sequence[Path] = ()) -> MjcfS
     """
     text = source if isinstance(source, str) and "<mujoco" in source else None
     file = None if text is not None else Path(source)
-    check = _Check(resolver=Resolver.of_file(file or Path.cwd() / "model.xml", search_paths=search_paths))
+    resolver = Resolver.of_file(file or Path.cwd() / "model.xml", search_paths=search_paths)
+    check = _Check(resolver=resolver, pictures=pictures)
     root, changed = _read(text if text is not None else Path(source), check)
     _check_model(root, check, file, (file or Path.cwd() / "model.xml").absolute().parent)
     if changed:
@@ -287,7 +292,7 @@ def _check_size(element: ET.Element, file: Path | None) -> None:
 
 
 def _count_pixels(check: _Check, pixels: int, element: ET.Element, file: Path | None) -> None:
-    check.pixels += pixels
+    check.pixels += pixels if check.pictures or element.tag == "hfield" else 0
     if check.pixels > MAX_PIXELS:
         raise _error(f"textures of more than {MAX_PIXELS} pixels in all; reduce them", element, file)
 

@@ -35,6 +35,8 @@ class ShapeBuilder:
     model: Any
     spec: Any
     file: Path
+    textures: dict[str, Path | None]
+    """Materials with textures, and the image of each (see `description.mjcf.textures`)."""
     notes: list[str]
 
     def of(self, body: int, shift: Array) -> tuple[tuple[Visual, ...], tuple[Collision, ...]]:
@@ -54,7 +56,7 @@ class ShapeBuilder:
                 collisions.append(Collision(geometry=geometry, origin=origin, name=name))
             if model.geom_group[g] in SHOWN_GROUPS:
                 visuals.append(
-                    Visual(geometry=geometry, origin=origin, name=name, material=self._material(g))
+                    Visual(geometry=geometry, origin=origin, name=name, material=self._material(g, geometry))
                 )
         return tuple(visuals), tuple(collisions)
 
@@ -116,23 +118,30 @@ class ShapeBuilder:
         if not element.file:
             return None
         folder = self.file.absolute().parent
-        for base in (folder / self.spec.compiler.meshdir, folder):
-            found = base / element.file
-            if found.is_file():
-                break
-        else:
+        names = (element.file, Path(element.file).name)  # the second with `strippath`
+        places = (base / name for name in names for base in (folder / self.spec.compiler.meshdir, folder))
+        found = next((place for place in places if place.is_file()), None)
+        if found is None:
             return None
         plain = np.allclose(element.refpos, 0) and np.allclose(element.refquat, (1, 0, 0, 0))
         if not plain:
             self.notes.append(f"mesh {element.name!r} has a reference pose, which is not used")
         return found
 
-    def _material(self, g: int) -> Material | None:
+    def _material(self, g: int, geometry: Geometry) -> Material | None:
         model = self.model
         m = int(model.geom_matid[g])
         rgba = model.mat_rgba[m] if m >= 0 else model.geom_rgba[g]
-        if m >= 0 and (model.mat_texid[m] >= 0).any():
-            self.notes.append("textures of materials are omitted; their colours are kept")
-        name = model.mat(m).name if m >= 0 else None
+        name = model.mat(m).name if m >= 0 else ""
+        image = self.textures.get(name) if isinstance(geometry, Mesh) else None
+        if name in self.textures and image is None:
+            self.notes.append(
+                "textures that are not flat images on meshes are omitted; their colours are kept"
+            )
         r, green, b, a = map(float, rgba)
-        return Material(name=name or None, rgba=(r, green, b, a))
+        return Material(
+            name=name or None,
+            rgba=(r, green, b, a),
+            texture=image,
+            texture_uri=None if image is None else self._uri(image),
+        )
