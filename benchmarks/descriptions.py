@@ -21,6 +21,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
+import math
 import os
 import subprocess
 import sys
@@ -29,6 +30,7 @@ import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,6 +39,8 @@ import numpy as np
 ROW = "row: "
 TOLERANCES = {"mjcf": 1e-6, "sdf": 1e-6, "usd": 2e-5}
 """Difference up to which readings agree: m, and relative for masses and inertias."""
+TINY = 1e-12
+"""kg m²: the least that a body in USD has."""
 SUFFIXES = {"sdf": (".sdf", ".world"), "usd": (".usd", ".usda", ".usdc", ".usdz"), "mjcf": (".xml", ".mjcf")}
 
 
@@ -325,11 +329,17 @@ def differences(ours: Bodies, theirs: Bodies, root: str) -> dict[str, tuple[floa
         found = {
             "place": float(np.abs(own.centre - centre).max()),
             "mass": abs(own.mass - body.mass) / own.mass,
-            "inertia": float(np.abs(own.inertia - inertia).max() / max(np.abs(inertia).max(), 1e-12)),
+            "inertia": relative(own.inertia, inertia),
         }
         for what, size in found.items():
             worst[what] = max(worst[what], (size, name))
     return worst
+
+
+def relative(ours: np.ndarray, theirs: np.ndarray) -> float:
+    """Return the greatest difference of two inertias, to the greatest entry; none below `TINY`."""
+    difference = float(np.abs(ours - theirs).max())
+    return 0.0 if difference <= TINY else difference / max(float(np.abs(theirs).max()), TINY)
 
 
 def round_trip(description: Any) -> str:
@@ -337,20 +347,24 @@ def round_trip(description: Any) -> str:
     from roboyard.description import load_description
     from roboyard.description.robot_model import RobotModel
     from roboyard.description.semantic import SemanticDescription
-    from roboyard.description.urdf.write import write_urdf
-    from roboyard.export import usd
+    from roboyard.export import urdf, usd
 
     semantic = SemanticDescription(base_link=description.root.name)
     try:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
-            write_urdf(description, folder / "first.urdf")
-            before = load_description(folder / "first.urdf", missing_meshes="note")
-            robot = RobotModel(name=before.name, description=before, semantic=semantic)
-            usd.write(robot, folder / "robot.usda")
-            write_urdf(load_description(folder / "robot.usda"), folder / "second.urdf")
-            after = load_description(folder / "second.urdf")
-            return "; ".join(_changes(description, before) + _changes(before, after)) or "same"
+            read = [description]
+            for number in range(2):
+                robot = RobotModel(name="robot", description=read[-1], semantic=semantic)
+                urdf.write(robot, folder / f"urdf{number}")
+                read.append(load_description(folder / f"urdf{number}" / "robot.urdf"))
+                if number == 0:
+                    usd.write(replace(robot, description=read[-1]), folder / "robot.usda")
+                    read.append(load_description(folder / "robot.usda"))
+            changes = [
+                change for before, after in itertools.pairwise(read) for change in _changes(before, after)
+            ]
+            return "; ".join(changes)[:500] or "same"
     except Exception as error:
         return _first_line(error)
 
@@ -370,9 +384,9 @@ def _changes(before: Any, after: Any) -> list[str]:
             found.append(f"{what} of {name} by {size:.2g}")
     for joint in before.joints:
         same = after.joint_by_name.get(joint.name)
-        if same is None or same.type != joint.type:
+        if same is None or _kind(same) != _kind(joint):
             found.append(f"joint {joint.name}")
-        elif _numbers(joint) != _numbers(same):
+        elif not _same(_numbers(joint), _numbers(same)):
             found.append(f"numbers of joint {joint.name}")
     if len(before.loops) != len(after.loops):
         found.append("loops")
@@ -384,14 +398,28 @@ def _changes(before: Any, after: Any) -> list[str]:
     return found
 
 
-def _numbers(joint: Any) -> tuple[Any, ...]:
-    """Return limits, damping, friction and what a joint follows, to six digits."""
+def _kind(joint: Any) -> str:
+    """Return a joint's type; one that turns without limits is continuous."""
+    return "continuous" if joint.type == "revolute" and joint.position_limits() is None else joint.type
+
+
+def _numbers(joint: Any) -> list[Any]:
+    """Return limits, damping, friction and what a joint follows."""
     limit, mimic = joint.limit, joint.mimic
     values = [*(joint.position_limits() or ()), joint.damping, joint.friction]
     values += [limit.effort, limit.velocity] if limit is not None and joint.is_moving else []
-    values += [mimic.multiplier, mimic.offset] if mimic is not None else []
-    texts = [None if value is None else f"{value + 0.0:.5g}" for value in values]
-    return (*texts, mimic.joint if mimic is not None else None)
+    return values if mimic is None else [*values, mimic.multiplier, mimic.offset, mimic.joint]
+
+
+def _same(first: list[Any], second: list[Any]) -> bool:
+    """Return whether all are equal, numbers to 1e-6."""
+    if len(first) != len(second):
+        return False
+    return all(
+        a == b
+        or (isinstance(a, float) and isinstance(b, float) and math.isclose(a, b, rel_tol=1e-6, abs_tol=1e-6))
+        for a, b in zip(first, second, strict=True)
+    )
 
 
 def _in_process(file: Path, kind: str, options: argparse.Namespace) -> dict[str, Any]:

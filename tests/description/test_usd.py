@@ -15,9 +15,10 @@ pytest.importorskip("pxr")
 
 from pxr import Usd, UsdPhysics  # type: ignore[import-not-found]
 
-from roboyard.assets import asset_path
+from roboyard.assets import assets_root
 from roboyard.audit import audit_urdf
 from roboyard.description import Box, Mesh, RobotDescription, load_description, write_urdf
+from roboyard.description.geometry import geometry_mesh
 from roboyard.description.robot_model import RobotModel
 from roboyard.description.semantic import SemanticDescription
 from roboyard.description.usd.build import read_stage
@@ -284,9 +285,28 @@ def _tensor(description: RobotDescription, name: str) -> tuple[Array, Array] | N
     return np.array([inertial.mass, *inertial.origin.position]), turn @ inertial.matrix() @ turn.T
 
 
-@pytest.mark.parametrize("name", ["r1", "husky", "arm7", "walker"])
+def _shapes(description: RobotDescription, link: str) -> list[tuple[Any, ...]]:
+    """Class, kind and colour of each shape of a link, and the box around it in the link's frame."""
+    found = []
+    for shape in (*description.link_by_name[link].visuals, *description.link_by_name[link].collisions):
+        kind, material, rgba, corners = type(shape.geometry), getattr(shape, "material", None), (), ()
+        if material is not None and material.rgba is not None and kind is not Mesh:
+            rgba = tuple(np.round(material.rgba, 4))
+        mesh = geometry_mesh(shape.geometry)
+        if mesh is not None:
+            T = shape.origin.matrix()
+            points = mesh.vertices @ T[:3, :3].T + T[:3, 3]
+            corners = tuple(np.concatenate([points.min(axis=0), points.max(axis=0)]).tolist())
+        found.append((type(shape).__name__, kind.__name__, rgba, corners))
+    return found
+
+
+BUNDLED = sorted(path.relative_to(assets_root()).as_posix() for path in assets_root().rglob("*.urdf"))
+
+
+@pytest.mark.parametrize("name", BUNDLED)
 def test_urdf_to_usd_and_back_keeps_the_robot(tmp_path: Path, name: str) -> None:
-    before = load_description(asset_path(name))
+    before = load_description(assets_root() / name)
     robot = RobotModel(
         name=before.name,
         description=before,
@@ -305,6 +325,10 @@ def test_urdf_to_usd_and_back_keeps_the_robot(tmp_path: Path, name: str) -> None
     old, new = (forward_kinematics(each, positions) for each in (before, after))
     for link in before.links:
         np.testing.assert_allclose(new[link.name], old[link.name], atol=1e-6)
+        shapes = [_shapes(each, link.name) for each in (before, after)]
+        assert [shape[:3] for shape in shapes[1]] == [shape[:3] for shape in shapes[0]]
+        for one, other in zip(*shapes, strict=True):
+            np.testing.assert_allclose(other[3], one[3], atol=2e-6)
         one, other = (_tensor(each, link.name) for each in (before, after))
         assert (one is None) == (other is None)
         if one is not None and other is not None:

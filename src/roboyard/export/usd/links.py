@@ -42,7 +42,7 @@ def add_links(
         apply_by_name(prim, "PhysxRigidBodyAPI")
         mass = masses[name] or trace
         _write_mass(prim, mass)
-        if link.inertial is None:
+        if masses[name] is None:
             prim.SetCustomDataByKey("urdf_massless", True)
         if mass is not trace and mass.note:
             notes.append(f'link "{name}": {mass.note}; changed to what a body can have')
