@@ -262,3 +262,21 @@ def test_stops_do_not_change_steps_that_pass_none() -> None:
     for _ in range(50):
         mujoco.mj_step(world.model, other)
     np.testing.assert_array_equal(world.data.qpos, other.qpos)
+
+
+@pytest.mark.parametrize("torque", [0.5, 2.0])
+def test_a_light_link_pressed_against_its_stop_stays_within_a_milliradian(torque: float):
+    """Other limbs press wrists of 1e-4 kg m² as hard; a limit as soft as contacts gives way by 13 mrad."""
+    text = """<robot name="wrist"><link name="base"/><link name="hand"><inertial><mass value="0.05"/>
+      <inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-4" iyz="0" izz="1e-4"/></inertial></link>
+      <joint name="roll" type="revolute"><parent link="base"/><child link="hand"/><axis xyz="0 0 1"/>
+      <limit lower="-0.5" upper="0.5" effort="1" velocity="9"/></joint></robot>"""
+    world = World()
+    body = world.add_urdf(text, fixed_base=True)
+    body.joint("roll").position = 0.5
+    worst = 0.0
+    for _ in range(240):
+        body.link("hand").apply_wrench((0, 0, 0), (0, 0, torque))
+        world.step()
+        worst = max(worst, body.joint("roll").position - 0.5)
+    assert 0.0 < worst < 1e-3

@@ -331,3 +331,23 @@ def test_an_arm_whose_collision_shape_reaches_through_its_base_is_named() -> Non
     )
     found = gates(stand_gates, described, given)["arms_free"].findings
     assert "collision shapes (sphere) that the file gives it reach 200 mm below what is seen" in found[0]
+
+
+def test_joints_that_no_drive_holds_are_named() -> None:
+    """Legs on spherical joints, as some files have them that URDF does not know."""
+    described = legged()
+    joints = tuple(replace(joint, type="spherical", limit=None) for joint in described.joints)
+    described = replace(described, joints=joints)
+    arms = {"arms": {"left": ["left_hip"], "right": ["right_hip"]}, "kind": "humanoid", "base": "legged"}
+    given = definition()
+    world = ValidationWorld(name="r", source=described, definition=given, understood=arms)
+    (complete,) = complete_gates(world)
+    text = " ".join(complete.findings)
+    assert "0 of 2 arms" in text
+    assert "'left_hip', 'right_hip' is of type 'spherical'" in text
+    world = ValidationWorld(
+        name="r", source=described, definition=given, options={"fixed_base": False}, understood=arms
+    )
+    stand = {gate.name: gate for gate in stand_gates(world)}["stand"]
+    assert not stand.passed
+    assert "spherical" in " ".join(stand.findings)

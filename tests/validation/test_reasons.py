@@ -85,3 +85,21 @@ def test_what_hinders_an_arm_is_named() -> None:
     text = hindrance(robot, "arm_0", usual)
     assert "touch (collision shapes: box and box)" in text
     assert "'jl3' is at its limit of 3" in text
+
+
+def test_a_drive_that_gives_way_is_named() -> None:
+    """The last link is heavy and its drive weak: it lags behind when the first joint starts to turn."""
+    text = planar_arm(2, effort=0.02).replace('effort="0.02"', 'effort="80"', 1)
+    text = text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1"/>')
+    described = load_description(text)
+    given = parse_definition(
+        {
+            "raw_controller_order": ["trunk", "camera"],
+            "default_controllers": {"trunk": "JointController", "camera": "JointController"},
+            "articulated_trunk": {"trunk_joint_names": ["jl0"], "trunk_link_names": ["l0"]},
+            "active_camera": {"camera_joint_names": ["jl1"]},
+        }
+    )
+    _, isolation = response_gates(ValidationWorld(name="turret", source=described, definition=given))
+    assert not isolation.passed
+    assert "the drive of 'jl1' is at its effort limit of 0.02" in " ".join(isolation.findings)

@@ -26,6 +26,7 @@ from roboyard.export.floor_links import fixed_casters, lowest_links
 from roboyard.export.workspace import workspace_range
 from roboyard.kinematics import from_description, jacobian
 from roboyard.kinematics.joint_order import single_dof_joints
+from roboyard.morphology.base.virtual import guide_joints
 
 MIN_IK_JOINTS = 5
 """Smallest number of joints of an arm that follows poses, and of ways in which they move its tip; an arm
@@ -223,8 +224,12 @@ def _locomotion(joints: Iterable[str], floor: Iterable[str]) -> dict[str, list[s
 
 
 def _undriven(description: RobotDescription, semantic: SemanticDescription) -> set[str]:
-    """Return the joints that nothing drives: of casters, suspensions, followers, wheels and propellers."""
+    """Return the joints that nothing drives: of casters, suspensions, followers, wheels and propellers, and
+    those by which the world guides a walker.
+    """
     found = {*semantic.caster_joints}
+    if semantic.base == "legged" and not semantic.virtual_joints:
+        found |= {*guide_joints(description, semantic.base_link)}
     found |= {
         joint.name for joint in description.joints if joint.child in semantic.caster_links and joint.is_moving
     }

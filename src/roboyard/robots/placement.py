@@ -107,12 +107,13 @@ def lowest_point(robot: Robot) -> float:
 
 
 def mounting_height(robot: Robot) -> float:
-    """Return the height of the root frame (m) of a fixed robot whose base has no shape; else +inf.
+    """Return the height of the root frame (m) of a fixed robot whose base has no shape; else +inf,
+    as for a walker that its root frame guides.
 
     A root frame further below the robot than the robot is large is no mounting, and does not count either.
     """
     description = robot.description
-    if not robot.body.is_fixed or robot.definition.holonomic_base is not None:
+    if not robot.body.is_fixed or robot.definition.holonomic_base is not None or robot.guide_joints:
         return np.inf
     rigid = [description.root.name]
     for name in rigid:

@@ -124,6 +124,7 @@ class Robot(RobotBody, SensorSet):
             groups,
             rest=self._reset_posture,
             steps_per_control=max(1, round(steps)),
+            free=self.guide_joints,
             support_polygon=support_polygon_of(self),
             stance=stance_of(self, self._reset_posture),
         )

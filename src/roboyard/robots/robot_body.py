@@ -12,6 +12,7 @@ from roboyard.errors import RoboyardError, unknown_name
 from roboyard.robots import capabilities
 from roboyard.robots.control.controller import Controller
 from roboyard.robots.control.setup import Group
+from roboyard.robots.definition.guides import world_guides
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS, RobotDefinition
 from roboyard.robots.joint_arrays import Indices, JointArrays
 from roboyard.robots.limits import joint_limits
@@ -50,6 +51,13 @@ class RobotBody:
         self.base_link: Link = body.links[0] if base is None else body.link(base)
         """The link whose frame is the robot's base frame."""
         self._add_capabilities()
+
+    @property
+    def guide_joints(self) -> tuple[str, ...]:
+        """Joints by which the world guides the base of a robot on legs, root first: it moves in a plane or
+        along a rail, and its root link is the world.
+        """
+        return world_guides(self.definition, self.description)
 
     def _add_capabilities(self) -> None:
         definition, block = self.definition, self.definition.manipulation

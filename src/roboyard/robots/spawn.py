@@ -19,6 +19,7 @@ from roboyard.robots.control.setup import ControllerConfig
 from roboyard.robots.definition.description_edits import edit_description
 from roboyard.robots.definition.end_effectors import description_with, with_end_effector
 from roboyard.robots.definition.from_description import default_definition
+from roboyard.robots.definition.guides import world_guides
 from roboyard.robots.definition.load import check_fits, load_definition, parse_definition
 from roboyard.robots.definition.postures import ResetMode
 from roboyard.robots.definition.schema import RobotDefinition
@@ -86,7 +87,8 @@ def add_robot(
             drawn with another axis up, of that frame after the definition's `standing_orientation`.
         controllers: group to a controller's name, or to its keys; the definition's by default.
         fixed_base: attach the root link to the world. None: robots that walk or drive on wheels float, all
-            others are fixed (a holonomic base moves by its virtual joints).
+            others are fixed (a holonomic base moves by its virtual joints, a planar walker by the joints
+            between its root link, which is the world, and its base).
         self_collision: whether links of the robot collide with each other. None: as the definition's
             `self_collisions`, else True.
         definition: a definition file, its data, or a loaded definition. None: that of a registered robot; for
@@ -217,7 +219,8 @@ def _add_body(
 ) -> tuple[Body, RobotDescription]:
     """Add the robot's body, edited by its definition; return body and edited description."""
     definition = source.definition
-    floats = definition.may_float if fixed_base is None else not fixed_base
+    guided = bool(world_guides(definition, source.description))
+    floats = definition.may_float and not guided if fixed_base is None else not fixed_base
     if floats and definition.holonomic_base is not None:
         raise ConfigError(
             f"fixed_base must not be False for robot {source.model!r}, whose holonomic base moves by its "

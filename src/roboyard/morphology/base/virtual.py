@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.description.semantic import BaseKind
 
+FREE_TYPES = ("floating", "planar", "spherical")
 FREE_SLIDE = 20.0
 """Shortest range of a slide that represents driving (m)."""
 
@@ -46,6 +47,22 @@ def find_virtual_base(description: RobotDescription, base_link: str) -> VirtualB
     kind: BaseKind = "holonomic" if len(level) == 2 else "differential"
     text = f"{', '.join(names)} move no mechanical part, as far as one likes"
     return VirtualBase(kind=kind, joints=names, evidence=(text,))
+
+
+def guide_joints(description: RobotDescription, base_link: str) -> tuple[str, ...]:
+    """Return the joints, root first, by which the world guides a base: slides and turns between a root
+    without shape and the base, as of a planar walker; empty where others are between them.
+    """
+    found: list[Joint] = []
+    while base_link in description.parent_joint:
+        if base_link != description.root.name and found and has_shape(description, base_link):
+            return ()
+        joint = description.parent_joint[base_link]
+        found += [joint] if joint.is_moving else []
+        base_link = joint.parent
+    if has_shape(description, description.root.name) or any(joint.type in FREE_TYPES for joint in found):
+        return ()
+    return tuple(joint.name for joint in reversed(found))
 
 
 def is_free_slide(joint: Joint) -> bool:

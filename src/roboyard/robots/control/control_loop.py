@@ -7,7 +7,7 @@ reset posture if they have position limits; continuous ones (casters) and the vi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
 
 import numpy as np
@@ -49,6 +49,7 @@ class ControlLoop:
         *,
         rest: Array,
         steps_per_control: int,
+        free: Collection[str] = (),
         support_polygon: SupportPolygon | None = None,
         stance: Stance | None = None,
     ) -> None:
@@ -60,6 +61,7 @@ class ControlLoop:
             groups: with their controllers.
             rest: (n,) positions of joints without a group (rad or m).
             steps_per_control: time steps in each control step.
+            free: names of joints without a group that move freely although they have limits.
             support_polygon: of a robot that may tip over.
             stance: of a robot that stands on legs.
         """
@@ -69,6 +71,7 @@ class ControlLoop:
         self.steps_per_control = steps_per_control
         self._support_polygon = support_polygon
         self._stance = stance
+        self._free = frozenset((*VIRTUAL_JOINTS, *free))
         count = len(joints.names)
         self._countdown = 0
         self._stale = True
@@ -108,7 +111,7 @@ class ControlLoop:
             self._compensated[group.indices] = float(compensates)
         for i, joint in enumerate(self.joints.joints):
             if i not in claimed:
-                held = joint.limits is not None and joint.name not in VIRTUAL_JOINTS
+                held = joint.limits is not None and joint.name not in self._free
                 self._kinds[i] = POSITION if held else FREE
                 self._compensated[i] = float(held)
 

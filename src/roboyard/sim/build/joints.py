@@ -9,7 +9,7 @@ import numpy as np
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.kinematics.joint_models import plane_axes
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
-from roboyard.sim.build.solver_options import CONTACT_SOLIMP, CONTACT_SOLREF
+from roboyard.sim.build.solver_options import CONTACT_SOLREF, LIMIT_SOLIMP
 
 if TYPE_CHECKING:
     import mujoco
@@ -46,7 +46,7 @@ def add_joint(
         element = body.add_joint(name=name, type=kind, axis=joint.axis, **common)
         _set_limits(element, joint, options.scale)
         element.solref_limit = (1e-3, 1.0) if options.hard else CONTACT_SOLREF
-        element.solimp_limit = RIGID if options.hard else CONTACT_SOLIMP
+        element.solimp_limit = RIGID if options.hard else LIMIT_SOLIMP
         record.joint_elements = (element,)
         built.dofs += 1
         if options.drives and joint.mimic is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from roboyard.robots import Robot
+from roboyard.validation.gates.weak_joints import because_undriven
 from roboyard.validation.report import Gate
 from roboyard.validation.test_world import TestWorld
 
@@ -48,20 +49,26 @@ def complete_gates(test_world: TestWorld) -> tuple[Gate, ...]:
     )
 
 
+def _is_bolted(robot: Robot) -> bool:
+    """Return whether a base neither floats nor moves by joints between it and the world."""
+    return robot.body.is_fixed and robot.definition.holonomic_base is None and not robot.guide_joints
+
+
 def _missing(robot: Robot, kind: str, test_world: TestWorld) -> Iterator[str]:
     """Yield each missing part with its remedy."""
     understood, groups = test_world.understood, robot.groups
     base = understood.get("base", "none")
     if "base" not in groups and (kind in WITH_BASE or base in MOVING_BASES):
         yield f"no group moves the base, although it is {base!r}: it stands where it is put"
-    elif base in MOVING_BASES and robot.body.is_fixed and robot.definition.holonomic_base is None:
+    elif base in MOVING_BASES and _is_bolted(robot):
         yield f"the base is {base!r} but fixed to the world, so that its wheels or legs turn in place"
     wanted = ARMS_OF.get(kind, 0)
     if len(robot.arms) < wanted:
-        yield f"{len(robot.arms)} of {wanted} arms are in the definition"
-    for arm in understood.get("arms", {}):
+        joints = [name for names in understood.get("arms", {}).values() for name in names]
+        yield f"{len(robot.arms)} of {wanted} arms are in the definition" + because_undriven(robot, joints)
+    for arm, joints in understood.get("arms", {}).items():
         if arm not in robot.arms:
-            yield f"arm {arm!r} has no group arm_{arm}"
+            yield f"arm {arm!r} has no group arm_{arm}" + because_undriven(robot, joints)
     for arm, joints in understood.get("grippers", {}).items():
         driven = {name for group in groups.values() for name in group.joints}
         lost = [joint for joint in joints if joint in robot.joint_names and joint not in driven]

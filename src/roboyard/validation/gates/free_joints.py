@@ -62,13 +62,16 @@ def free_joint_gates(test_world: TestWorld) -> tuple[Gate, ...]:
 
 
 def free_joints(robot: Robot, test_world: TestWorld) -> list[str]:
-    """Return the joints that no group drives, no leader moves and no limit holds, except those that roll."""
+    """Return the joints that no group drives, no leader moves and no limit holds, except those that roll or
+    guide the base.
+    """
     understood = test_world.understood
     rolling = {*understood.get("caster_joints", ()), *understood.get("drive_wheels", ())}
     above = robot.description.parent_joint
     rolling |= {above[link].name for link in floor_contacts(robot) if link in above}
     on_floor = robot.locomotion.floor_touching_links if robot.locomotion is not None else ()
     rolling |= {robot.description.parent_joint[link.name].name for link in on_floor if link.index}
+    rolling |= {*robot.guide_joints}
     driven = {name for group in robot.groups.values() for name in group.joints}
     found = []
     for name in robot.joint_names:

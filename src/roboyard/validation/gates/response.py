@@ -17,7 +17,7 @@ from roboyard.robots.control.inverse_kinematics import DAMPING
 from roboyard.robots.control.task import TaskController
 from roboyard.robots.joint_arrays import Indices
 from roboyard.transforms import Array
-from roboyard.validation.gates.weak_joints import because_weak
+from roboyard.validation.gates.weak_joints import at_limit, because_full, because_weak
 from roboyard.validation.report import Curve, Gate
 from roboyard.validation.test_world import TestWorld, all_contacts
 
@@ -51,6 +51,8 @@ class Response:
     """Why the joints of the group cannot follow the number in this posture; empty where they can."""
     weak: str = ""
     """Loads of the group's joints above their effort limits, as the end of a finding."""
+    full: str = ""
+    """Why the drive of the other joint gives way, as the end of a finding."""
 
 
 def response_gates(test_world: TestWorld) -> tuple[Gate, ...]:
@@ -110,7 +112,7 @@ def response_gates(test_world: TestWorld) -> tuple[Gate, ...]:
             detail="largest motion of a joint outside the group",
             findings=[
                 f"{response.label} also moves {response.other}, by {response.leak:.0%} of its own motion"
-                + because_weak(robot, response.other)
+                + response.full
                 for response in responses
                 if response.leak > MAX_LEAK
             ],
@@ -134,7 +136,7 @@ def _measure_responses(robot: Robot) -> list[Response]:
         own = robot.groups[group].indices
         others = np.setdiff1d(np.arange(robot.n_dof), _related(robot, group))
         for k in range(numbers.stop - numbers.start):
-            best = Response(label=f"{group}[{k}]", moved=0.0, leak=0.0, other="")
+            best, action_of = Response(label=f"{group}[{k}]", moved=0.0, leak=0.0, other=""), idle
             for sign in (1.0, -1.0):
                 action = idle.copy()
                 number = numbers.start + k
@@ -146,6 +148,7 @@ def _measure_responses(robot: Robot) -> list[Response]:
                     if worst.max() > MAX_LEAK * moved > MAX_LEAK * MIN_RESPONSE:
                         free = difference[: _free_steps(robot, start, action)]
                         worst = free[:, others].max(axis=0, initial=0.0)
+                    action_of = action
                     best = Response(
                         label=best.label,
                         moved=moved,
@@ -159,8 +162,25 @@ def _measure_responses(robot: Robot) -> list[Response]:
                     (t for name in robot.groups[group].joints if (t := because_weak(robot, name))), ""
                 )
                 best = replace(best, cannot=_cannot(robot, group, k), weak=weak)
+            if best.leak > MAX_LEAK:
+                best = replace(best, full=_gives_way(robot, start, action_of, best.other))
             found.append(best)
     return found
+
+
+def _gives_way(robot: Robot, start: object, action: Array, joint: str) -> str:
+    """Return why a joint's drive cannot hold it under an action: its load at rest, or its effort limit."""
+    robot.world.restore_state(start)  # type: ignore[arg-type]
+    robot.loop.invalidate()
+    if weak := because_weak(robot, joint):
+        return weak
+    place = robot.joint_arrays.index[joint]
+    robot.apply_action(action)
+    for _ in range(round(SECONDS * robot.control_freq) * robot.steps_per_control):
+        robot.world.step(1)
+        if at_limit(robot)[place]:
+            return because_full(robot, joint)
+    return ""
 
 
 def _cannot(robot: Robot, group: str, number: int) -> str:

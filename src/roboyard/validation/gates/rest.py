@@ -9,7 +9,7 @@ import numpy as np
 from roboyard.robots import Robot
 from roboyard.robots.control.rotations import vector_of_matrix
 from roboyard.transforms import Array, matrix_from_quaternion
-from roboyard.validation.gates.weak_joints import because_weak
+from roboyard.validation.gates.weak_joints import because_loose, because_weak
 from roboyard.validation.report import Curve, Gate
 from roboyard.validation.test_world import TestWorld, own_contacts, zero_action
 
@@ -87,7 +87,7 @@ def settle_gates(test_world: TestWorld) -> tuple[Gate, ...]:
             unit="rad/s or m/s",
             detail=f"largest mean speed in a control step, in the last {MEASURED_SECONDS:g} of "
             f"{seconds:g} s of zero actions: {fastest}",
-            findings=[f"{fastest} still moves at {worst:.3g}{because_weak(robot, fastest)}"]
+            findings=[f"{fastest} still moves at {worst:.3g}{because_loose(robot, fastest)}"]
             if worst > MAX_SPEED
             else [],
             advice="overlapping collision shapes, implausible masses and inertias, damping and effort "
