@@ -142,6 +142,37 @@ def test_a_killed_run_continues_where_it_was(tmp_path: Path, worker: Path) -> No
         assert (overwrite == "True") == (name in begun)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_runs_killed_at_many_moments_continue(tmp_path: Path, worker: Path) -> None:
+    """Killed before the first robot, between robots and during one; no result is lost or damaged."""
+    names = [f"slow{number}" for number in range(6)]
+    place = collection(tmp_path, *names)
+    code = (
+        "import sys\nfrom roboyard.importer.collection import pool\n"
+        f"pool.COMMAND = (sys.executable, {str(worker)!r})\n"
+        "from roboyard.importer.collection.run import import_collection\n"
+        f"import_collection({str(place)!r}, out={str(tmp_path)!r}, jobs=2, timeout=20)\n"
+    )
+    order, finished = tmp_path / "order.txt", 0
+    for begun in (0, 1, 2, 4, 6):
+        run = subprocess.Popen([sys.executable, "-c", code])
+        deadline = time.monotonic() + 20
+        while run.poll() is None and time.monotonic() < deadline:
+            lines = order.read_text().splitlines() if order.exists() else []
+            if len({line.split()[0] for line in lines}) >= begun:
+                break
+            time.sleep(0.01)
+        run.kill()
+        run.wait()
+        results = [json.loads(file.read_text()) for file in tmp_path.glob("*/collections/*/results/*.json")]
+        assert len(results) >= finished, "a result was lost"
+        finished = len(results)
+    made = import_collection(place, out=tmp_path, jobs=2, timeout=20)
+    assert [result.outcome for result in made.results] == ["imported"] * 6
+    assert made.reused >= finished
+    assert made.page.exists()
+
+
 @pytest.mark.slow
 def test_the_worker_imports_and_ends_with_its_parent(tmp_path: Path) -> None:
     place = tmp_path / "robots"
