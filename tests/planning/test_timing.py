@@ -137,3 +137,18 @@ def test_a_short_segment_does_not_shift_the_long_one_before_it_into_an_obstacle(
         away = np.maximum(np.abs(q - [0.5, way + side]) - [0.1, 0.01], 0.0)
         assert np.linalg.norm(away, axis=1).min() > 0.02
         np.testing.assert_allclose(made.q[-1], path[-1], atol=1e-9)
+
+
+def test_dense_positions_are_close_and_hold_the_knots(space: SearchSpace) -> None:
+    path = np.cumsum(np.random.default_rng(3).uniform(-0.5, 0.5, (6, 7)), axis=0)
+    trajectory = time_path(space, path, LIMITS, tuple(JOINTS))
+    step = 0.01
+    dense = trajectory.dense(step)
+    assert np.linalg.norm(np.diff(dense, axis=0), axis=1).max() <= step
+    wanted = [trajectory.q[:1]]  # the same by `at`, interval by interval
+    for t, end in pairwise(trajectory.t):
+        speeds = [np.abs(trajectory.at(time)[1]) for time in (t, (t + end) / 2, end)]
+        fastest = max(np.linalg.norm(np.maximum(speeds[0], speeds[2])), np.linalg.norm(speeds[1]))
+        count = max(1, int(np.ceil(1.1 * fastest * (end - t) / step)))
+        wanted.append(trajectory.at(np.linspace(t, end, count + 1)[1:])[0])
+    np.testing.assert_allclose(dense, np.concatenate(wanted), atol=1e-9)

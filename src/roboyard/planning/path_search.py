@@ -18,10 +18,12 @@ _shortcuts = lazy_module("roboyard.planning.kernels.shortcuts")
 _motion = lazy_module("roboyard.planning.kernels.motion")
 _timing = lazy_module("roboyard.planning.kernels.timing")
 
-NODES = 40_000
-"""Most nodes of a tree."""
-CHUNK = 400
+NODES = 800
+"""Nodes of a tree for which there is room at first; small enough that the allocator reuses the memory."""
+CHUNK = 50
 """Samples between looks at the clock."""
+MOST_SAMPLES = 1 << 62
+"""No bound on samples but the time."""
 STEP = 1.0
 """Longest motion of one extension (rad)."""
 WAY_POINTS = 400
@@ -60,30 +62,41 @@ def shorter_box(start: Array, goals: Array, length: float) -> tuple[Array, Array
 
 
 def find_path(
-    space: SearchSpace, start: Array, goals: Array, *, deadline: float, seed: int, margin: float = 0.0
-) -> Array | None:
-    """Return (w, n) way points from start (n,) to one of goals (g, n), pruned; None if the time is over.
+    space: SearchSpace,
+    start: Array,
+    goals: Array,
+    *,
+    deadline: float,
+    seed: int,
+    margin: float = 0.0,
+    most: int = MOST_SAMPLES,
+) -> tuple[Array | None, int]:
+    """Return (w, n) way points from start (n,) to one of goals (g, n), pruned, and how many samples it took,
+    rounded up to `CHUNK`; no way points if the time is over or more samples than `most` would be needed.
 
     `deadline` is a time of `time.perf_counter` (s), `margin` an additional padding (m).
     """
     n = len(start)
-    trees = _sampling().trees_for(n, min(NODES, 200 + 40 * CHUNK), seed)
-    path, ends = np.zeros((WAY_POINTS, n)), np.zeros(2, dtype=np.int64)
+    sampling = _sampling()
+    robot, world, work, sweep = space.robot, space.world, space.work, space.sweep
+    trees = sampling.trees_for(n, max(NODES, 2 * len(goals)), seed)
+    path, ends = np.empty((WAY_POINTS, n)), np.empty(2, dtype=np.int64)
     roots = np.array([1, len(goals)], dtype=np.int64)
     trees.q[0, 0], trees.q[1, : len(goals)] = start, goals
     trees.parent[:, : len(goals)] = -1
     trees.counts[:] = roots
-    while True:
-        count = _sampling().search(
-            space.robot, space.world, trees, roots, ends, CHUNK, STEP, margin, space.work, space.sweep, path
-        )
+    spent = 0
+    while spent < most:
+        count = sampling.search(robot, world, trees, roots, ends, CHUNK, STEP, margin, work, sweep, path)
+        spent += CHUNK
         if count:
-            count = _shortcuts().prune(space.robot, space.world, path, count, margin, space.work, space.sweep)
-            return path[:count].copy()
+            count = _shortcuts().prune(robot, world, path, count, margin, work, sweep)
+            return path[:count].copy(), spent
         if time.perf_counter() > deadline:
-            return None
-        if trees.counts.max() + CHUNK >= trees.q.shape[1]:
+            break
+        if trees.counts.max() > trees.q.shape[1] // 2:
             trees = _larger(trees)
+    return None, spent
 
 
 def _larger(trees):

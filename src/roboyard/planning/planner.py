@@ -23,8 +23,10 @@ from roboyard.planning.distance_fields import DistanceField
 from roboyard.planning.goals import Goal, PoseGoal, PostureSolution, nearest_approach, postures_for
 from roboyard.planning.hull_judge import Clash, HullJudge, is_judged, judge_of
 from roboyard.planning.hull_search import hull_path
+from roboyard.planning.kernels.arrays import RobotArrays
 from roboyard.planning.obstacles import Obstacle, Obstacles
 from roboyard.planning.path_search import (
+    MOST_SAMPLES,
     SearchSpace,
     find_path,
     is_free_path,
@@ -49,6 +51,8 @@ VELOCITY, ACCELERATION, JERK = 2.0, 15.0, 500.0
 """Limits of joints without one (rad/s, rad/s², rad/s³ or m)."""
 TRIES, ROUNDS = 4, 120
 """Searches of which the shortest path is kept, and attempts to shorten it."""
+LONGER = 2
+"""Times the samples of the quickest search after which another one is given up."""
 JUDGED_STEP = 0.01
 """Distance between configurations that the judge checks (rad)."""
 REPAIRS = 6
@@ -289,7 +293,7 @@ class Planner:
             trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=corners)
             if region is not None and not region.inside(trajectory.dense(JUDGED_STEP), 1.0 + 1e-6).all():
                 trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=0.0)
-            refused = None if sure else self._first_clash(trajectory)
+            refused = None if sure else self._first_clash(trajectory, None if exact else arrays)
             timing += time.perf_counter() - middle
             if refused is None:
                 reached = int(np.argmin(np.linalg.norm(goals - path[-1], axis=1)))
@@ -316,7 +320,7 @@ class Planner:
         for name in touched:
             others = [one for one in self.obstacles.items if one.name != name]
             space = SearchSpace.of(self.robot.arrays, Obstacles(others, self.obstacles.root).arrays)
-            found = find_path(space, start, goals, deadline=time.perf_counter() + HINT_SECONDS, seed=0)
+            found, _ = find_path(space, start, goals, deadline=time.perf_counter() + HINT_SECONDS, seed=0)
             if found is not None:
                 return f'; without obstacle "{name}" there is one: move it'
         return "; move obstacles"
@@ -354,12 +358,16 @@ class Planner:
             if best is not None:  # no shorter path leaves this box
                 space = whole.within(*shorter_box(start, goals, least))
             found: list[Array] = []
+            most = MOST_SAMPLES
             for _ in range(TRIES):
-                one = find_path(space, start, goals, deadline=deadline, seed=seed + k)
+                one, samples = find_path(space, start, goals, deadline=deadline, seed=seed + k, most=most)
                 k += 1
                 if one is None:
+                    if found and time.perf_counter() < deadline:
+                        continue
                     break
                 found.append(one)
+                most = min(most, LONGER * samples)
                 if len(one) == 2 and len(goals) == 1:  # straight: no path is shorter
                     return one
             if not found:
@@ -458,8 +466,13 @@ class Planner:
         depth = -1e3 * nearest.distance
         return f'link "{nearest.link}" overlaps obstacle "{nearest.other}" by {depth:.1f} mm, as spheres'
 
-    def _first_clash(self, trajectory: Trajectory) -> tuple[int, list[Clash]] | None:
-        """Return the first configuration that exact shapes refuse; those free of spheres need no look."""
+    def _first_clash(
+        self, trajectory: Trajectory, arrays: RobotArrays | None
+    ) -> tuple[int, list[Clash]] | None:
+        """Return the first configuration that exact shapes refuse; those free of spheres need no look.
+
+        `arrays` are those with whose paddings the trajectory is free, None for none.
+        """
         dense = trajectory.dense(JUDGED_STEP)
         unjudged = self._unjudged
         if unjudged is not None and not (free := unjudged.free(dense)).all():
@@ -469,8 +482,24 @@ class Planner:
             return k, [clash]
         if not self._covers:
             return self.judge.first_clash(dense)
-        free = self.checker.free(dense)
+        free = self._with_smaller_paddings(arrays).free(dense)
         return self.judge.first_clash(dense[~free]) or self.judge.first_pair_clash(dense[free])
+
+    def _with_smaller_paddings(self, arrays: RobotArrays | None) -> CollisionChecker:
+        """Return a checker of those links and pairs only whose paddings are smaller in `arrays`."""
+        whole = self.robot.arrays
+        if arrays is None:
+            return self.checker
+        pairs = arrays.pair_pad < whole.pair_pad
+        links = arrays.pad < whole.pad
+        links[whole.pairs[pairs]] = True
+        reduced = whole._replace(
+            node=np.where(links, whole.node, -1),  # links that do not move are not checked
+            pairs=whole.pairs[pairs],
+            pair_pad=whole.pair_pad[pairs],
+            pair_reach=whole.pair_reach[pairs],
+        )
+        return CollisionChecker(replace(self.robot, arrays=reduced), self.obstacles)
 
     # ----------------------------------------------------------------------------------- vectors
 

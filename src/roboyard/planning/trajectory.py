@@ -63,14 +63,24 @@ class Trajectory:
 
     def dense(self, step: float = 0.01) -> Array:
         """Return (k, n) positions at most `step` (rad or m) apart, both ends included."""
-        rows = [self.q[:1]]
-        for k in range(len(self.t) - 1):
-            length = float(np.linalg.norm(np.abs(self.v[k : k + 2]).max(axis=0)))
-            middle = np.abs(self.at((self.t[k] + self.t[k + 1]) / 2)[1])
-            length = max(length, float(np.linalg.norm(middle))) * 1.1 * (self.t[k + 1] - self.t[k])
-            count = max(1, int(np.ceil(length / step)))
-            rows.append(self.at(np.linspace(self.t[k], self.t[k + 1], count + 1)[1:])[0])
-        return np.concatenate(rows)
+        if len(self.t) < 2:
+            return self.q.copy()
+        q, v, a, j = self.q[:-1], self.v[:-1], self.a[:-1], self.jerk[:-1]
+        spans = np.diff(self.t)
+        half = spans[:, None] / 2
+        ends = np.square(np.maximum(np.abs(v), np.abs(self.v[1:]))).sum(axis=1)
+        middle = np.square(v + half * (a + half * j / 2)).sum(axis=1)
+        length = 1.1 * np.sqrt(np.maximum(ends, middle)) * spans
+        counts = np.maximum(np.ceil(length / step), 1).astype(np.int64)
+        last = np.cumsum(counts)
+        k = np.repeat(np.arange(len(counts)), counts)
+        share = (np.arange(last[-1]) - (last - counts)[k] + 1) / counts[k]
+        dt = (share * spans[k])[:, None]
+        rows = np.empty((last[-1] + 1, q.shape[1]))
+        rows[0] = self.q[0]
+        rows[1:] = q[k] + dt * (v[k] + dt * (a[k] / 2 + dt * (j[k] / 6)))
+        rows[last] = self.q[1:]
+        return rows
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
