@@ -157,6 +157,34 @@ def test_a_joint_of_several_axes_is_a_chain_and_a_locked_one_fixed(tmp_path: Pat
     np.testing.assert_allclose(pose[:2, 0], (math.cos(0.5), math.sin(0.5)), atol=1e-9)
 
 
+@pytest.mark.parametrize("bounded", [True, False])
+def test_three_turns_are_a_ball_only_without_limits(tmp_path: Path, bounded: bool) -> None:
+    """Isaac's humanoid states hips and shoulders so, each turn with its range."""
+    axes = "\n".join(
+        f"float limit:trans{axis}:physics:low = 1\nfloat limit:trans{axis}:physics:high = -1"
+        for axis in "XYZ"
+    )
+    if bounded:
+        axes += "\nfloat limit:rotX:physics:low = -45\nfloat limit:rotX:physics:high = 90"
+    file = stage(
+        tmp_path, body("base", "0, 0, 0"), body("arm", "0, 0, 0"), joint("Joint", "hip", "base", "arm", axes)
+    )
+    description = load_description(file)
+    kinds = {each.name: each.type for each in description.joints}
+    if not bounded:
+        assert kinds == {"hip": "spherical"}
+        return
+    assert kinds == {"hip_1": "revolute", "hip_2": "continuous", "hip_3": "continuous"}
+    assert description.joint_by_name["hip_1"].position_limits() == pytest.approx((-math.pi / 4, math.pi / 2))
+    pose = forward_kinematics(description, {"hip_1": 0.3, "hip_2": 0.4, "hip_3": 0.5})["arm"]
+    turns = (
+        matrix_from_quaternion((math.sin(0.15), 0, 0, math.cos(0.15)))
+        @ matrix_from_quaternion((0, math.sin(0.2), 0, math.cos(0.2)))
+        @ matrix_from_quaternion((0, 0, math.sin(0.25), math.cos(0.25)))
+    )
+    np.testing.assert_allclose(pose[:3, :3], turns, atol=1e-9)
+
+
 FOUR_BAR = (
     body("ground", "0, 0, 0"),
     body("crank", "0, 0, 0"),

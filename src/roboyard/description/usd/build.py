@@ -218,7 +218,12 @@ class _Builder:
         """Add a joint that closes a loop, if it has as few motions as a loop joint may have."""
         name = self.names[str(joint.prim.GetPath())]
         kinds = ["ball"] if joint.is_point else [motion.kind for motion in joint.motions]
-        known = {(): "fixed", ("turn",): "revolute", ("ball",): "spherical"}.get(tuple(kinds))
+        known = {
+            (): "fixed",
+            ("turn",): "revolute",
+            ("ball",): "spherical",
+            ("turn", "turn", "turn"): "spherical",
+        }.get(tuple(kinds))
         if known is None:
             self.notes.append(f"joint {name!r} is omitted: it closes a loop and slides")
             return

@@ -3,7 +3,7 @@
 | USD | here |
 | --- | --- |
 | PhysicsRevoluteJoint, PrismaticJoint, SphericalJoint, FixedJoint | one motion, or none |
-| PhysicsJoint with locked and free axes | the free ones: slides first, then turns; three turns are a ball |
+| PhysicsJoint with locked and free axes | the free ones, slides first; three turns without limits: a ball |
 | PhysicsDistanceJoint, and one whose axes are all free | no joint |
 | `drive:*:physics:maxForce`, MuJoCo's `actuatorfrcrange` | effort limit |
 | PhysX's, newton's, MuJoCo's attributes | velocity limit, damping, friction |
@@ -73,12 +73,14 @@ def _of_free_axes(prim: Any, opened: OpenStage) -> tuple[Motion, ...]:
     if len(free) == 6:
         return (Motion(kind="free"),)
     turns = [token for token, _, _ in free if token.startswith("rot")]
+    ends = [end for token, low, high in free if token in turns for end in (low, high)]
+    is_ball = len(turns) == 3 and not any(end is not None and abs(end) < UNBOUNDED for end in ends)
     motions = []
     for token, low, high in free:
-        if token in turns and len(turns) == 3:
+        if token in turns and is_ball:
             continue
         motions.append(_motion(prim, opened, token[-1], low, high, turns=token in turns, instance=token))
-    if len(turns) == 3:
+    if is_ball:
         motions.append(Motion(kind="ball", damping=_damping(prim, opened, tuple(turns), turns=True)))
     return tuple(motions)
 
