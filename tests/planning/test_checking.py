@@ -89,6 +89,26 @@ def test_distances_agree_with_numpy(robot: SphereRobot) -> None:
     np.testing.assert_allclose(distance, expected, atol=1e-12)
 
 
+def test_clearance_of_each_link_agrees_with_numpy(robot: SphereRobot) -> None:
+    boxes = some_boxes()
+    checker = CollisionChecker(robot, Obstacles(boxes))
+    for q in configurations(robot, 20):
+        found = checker.clearance(q, reach=0.6)
+        centers, radii, links = placed(robot, q)
+        np.testing.assert_allclose(found.centers, centers, atol=1e-12)
+        np.testing.assert_allclose(found.radii, radii + robot.model.buffer, atol=1e-12)
+        np.testing.assert_array_equal(found.of_link, links)
+        for k, gap in enumerate(found.gaps):
+            expected = 0.6
+            for box in boxes if robot.arrays.node[k] >= 0 else ():
+                matrix = box.pose.matrix()
+                local = (centers[links == k] - matrix[:3, 3]) @ matrix[:3, :3]
+                assert isinstance(box.shape, Box)
+                apart = box_distance(local, np.array(box.shape.size) / 2) - found.radii[links == k]
+                expected = min(expected, apart.min())
+            assert gap == pytest.approx(expected, abs=1e-12)
+
+
 def test_free_agrees_with_the_distance_of_moving_links(robot: SphereRobot) -> None:
     boxes = [b for b in some_boxes() if np.linalg.norm(b.pose.position) > 0.5]
     checker = CollisionChecker(robot, Obstacles(boxes))

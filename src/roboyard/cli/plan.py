@@ -16,7 +16,7 @@ from roboyard.untrusted.text import json_text, one_line, say
 
 if TYPE_CHECKING:
     from roboyard.description.model import RobotDescription
-    from roboyard.planning import Plan, RobotPlanner
+    from roboyard.planning import Plan, PoseGoal, RobotPlanner
     from roboyard.robots.robot import Robot
 
 EXAMPLES = """
@@ -25,6 +25,7 @@ Examples:
 \b
   roboyard plan arm7 --to 0.4,0.3,0.5                      a motion as GIF and plot
   roboyard plan r1 --arm left --to 0.5,0.3,1.0 --scene home
+  roboyard plan r1 --scene tabletop --browser              drag the goal in the browser
   roboyard plan --problems arm.json --out rows.jsonl       every problem of a file
   roboyard plan --problems box_panda --urdf panda.urdf --out rows.jsonl
 """
@@ -83,6 +84,14 @@ def plan(
         Path | None,
         typer.Option(help="Results of --problems, one JSON object a line (.jsonl).", show_default=False),
     ] = None,
+    browser: Annotated[
+        bool, typer.Option("--browser", help="Drag the goal in the browser; each motion is shown at once.")
+    ] = False,
+    host: Annotated[str, typer.Option(help="Address of the page.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="First port to try for the page.")] = 8080,
+    open_browser: Annotated[
+        bool, typer.Option("--open/--no-open", help="Open a browser if there is a display.")
+    ] = True,
     time_limit: Annotated[float, typer.Option(help="Longest search for ROBOT (s).")] = 5.0,
     seed: Annotated[int, typer.Option(help="Seed of the random samples.")] = 0,
     package: PackageOption = None,
@@ -105,13 +114,18 @@ def plan(
             raise ConfigError(f"--out is missing; give a file for the results, such as {problems.stem}.jsonl")
         _plan_file(problems, urdf, out, seed, as_json=as_json)
         return
-    if robot is None or to is None:
-        raise ConfigError("give ROBOT and --to X,Y,Z, or --problems FILE and --out FILE")
+    if robot is None or (to is None and not browser):
+        raise ConfigError("give ROBOT and --to X,Y,Z or --browser, or --problems FILE and --out FILE")
     if plot.suffix != ".png":
         raise ConfigError(f"--plot {plot}: the file of a plot must end in .png")
-    numbers = read_numbers("--to", to, (3, 6), "X,Y,Z or X,Y,Z,R,P,Y, separated by commas")
+    numbers = None
+    if to is not None:
+        numbers = read_numbers("--to", to, (3, 6), "X,Y,Z or X,Y,Z,R,P,Y, separated by commas")
     subject = _in_scene(robot_source(robot, package, xacro_arg), scene)
     group = {"arm": arm, "torso": torso, "base": base}
+    if browser or numbers is None:
+        _plan_in_browser(subject, numbers, link, group, host, port, open_browser=open_browser)
+        return
     made = _plan_one(subject, numbers, link, group, video, plot, time_limit, seed)
     assert made.trajectory is not None
     milliseconds = 1e3 * (made.planning_seconds + made.timing_seconds)
@@ -155,13 +169,11 @@ def _plan_one(
 ) -> Plan:
     """Plan one motion, and write its video and plot."""
     from roboyard.errors import RoboyardError
-    from roboyard.planning import PoseGoal, planner_for
+    from roboyard.planning import planner_for
     from roboyard.planning.plots import plot_trajectory
-    from roboyard.transforms import quaternion_from_rpy
 
     planner = planner_for(robot, **group)
-    turn = quaternion_from_rpy(numbers[3:]) if len(numbers) == 6 else None
-    goal = PoseGoal(link=link or planner.tool, position=numbers[:3], quaternion=turn)
+    goal = _pose_goal(link or planner.tool, numbers)
     planner.planner().warm_up()
     made = planner.plan(goal, time_limit=time_limit, seed=seed)
     if made.trajectory is None:
@@ -170,6 +182,44 @@ def _plan_one(
     plot_trajectory(plot, made.trajectory, at_goal.named_limits, at_goal.bounds)
     _film(robot, planner, made, video)
     return made
+
+
+def _pose_goal(link: str, numbers: list[float]) -> PoseGoal:
+    from roboyard.planning import PoseGoal
+    from roboyard.transforms import quaternion_from_rpy
+
+    turn = quaternion_from_rpy(numbers[3:]) if len(numbers) == 6 else None
+    return PoseGoal(link=link, position=numbers[:3], quaternion=turn)
+
+
+def _plan_in_browser(
+    robot: Robot,
+    numbers: list[float] | None,
+    link: str | None,
+    group: dict[str, Any],
+    host: str,
+    port: int,
+    *,
+    open_browser: bool,
+) -> None:
+    """Serve a page on which the goal is dragged, until the process is interrupted."""
+    from roboyard.planning import planner_for
+    from roboyard.viewer.page.browser import open_page
+    from roboyard.viewer.page.server import load_viser
+    from roboyard.viewer.planning import PlanningPage
+
+    load_viser()
+    planner = planner_for(robot, **group)
+    goal = None if numbers is None else _pose_goal(link or planner.tool, numbers)
+    page = PlanningPage(planner, link=link, goal=goal, host=host, port=port)
+    try:
+        if open_browser:
+            open_page(page.viewer.url)
+        page.run()
+    except KeyboardInterrupt:
+        print()
+    finally:
+        page.close()
 
 
 def _film(robot: Robot, planner: RobotPlanner, made: Plan, path: Path) -> None:

@@ -30,6 +30,27 @@ class Nearest:
     """(n,) derivative of the distance by the joint positions (m/rad or 1)."""
 
 
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Clearance:
+    """All spheres at one configuration, and the distance of each link from the obstacles."""
+
+    links: tuple[str, ...]
+    """(l) links with spheres."""
+    gaps: Array
+    """(l,) signed distance of each link's padded spheres from obstacles (m), at most `reach`.
+
+    It is `reach` for links that no joint moves.
+    """
+    reach: float
+    """m"""
+    centers: Array
+    """(s, 3) centres of the spheres in the frame of the root link (m)."""
+    radii: Array
+    """(s,) radii with padding (m)."""
+    of_link: NDArray[np.int64]
+    """(s,) entry of `links` that each sphere belongs to."""
+
+
 class CollisionChecker:
     """Checks configurations of a group of joints against obstacles and the robot itself."""
 
@@ -88,6 +109,27 @@ class CollisionChecker:
         name = self.obstacles.name(other) if other >= 0 else self.robot.sphere_link(-1 - other)
         link = self.robot.sphere_link(sphere)
         return Nearest(distance=float(out[0]), link=link, other=name, gradient=slopes[0])
+
+    def clearance(self, q: ArrayLike, reach: float = 1.0) -> Clearance:
+        """Return all spheres at (n,) q (rad or m) and the distance of each link, at most `reach` (m).
+
+        Raises:
+            ValueError: q does not have n entries.
+        """
+        robot, world = self.robot.arrays, self.obstacles.arrays
+        gaps, pairs = np.empty(len(robot.node)), np.empty(len(robot.pairs))
+        values = self._rows(q)[0]
+        _checker().all_gaps(robot, world, values, 0.0, float(reach), self.work, gaps, pairs)
+        gaps[robot.node < 0] = reach
+        of_link = np.repeat(np.arange(len(robot.node)), np.diff(robot.start))
+        return Clearance(
+            links=self.robot.links,
+            gaps=gaps,
+            reach=float(reach),
+            centers=self.work.placed.copy(),
+            radii=robot.spheres[:, 3] + robot.pad[of_link],
+            of_link=of_link,
+        )
 
     def blocking(self, start: ArrayLike, goals: ArrayLike, most: int = 4) -> list[str]:
         """Return the obstacles on the straight ways from start (n,) to goals (g, n), most touched first."""
