@@ -1,22 +1,26 @@
-"""Environments for learning: rates per CPU second beside raw `mujoco.batch`, `Robot`, and PyBullet.
+"""Environments for learning: rates per CPU second beside raw `mujoco.batch`, `Robot`, Ray and PyBullet.
 
-    python benchmarks/envs.py [--seconds 2] [--threads 1]
+    python benchmarks/envs.py [--seconds 0.4] [--rounds 16] [--threads 1]
 
-Every row runs for the same CPU time, one after another in rounds. The task is Reach with the bundled arm, 8
-time steps an action. "raw" is `mujoco.batch` on the same model, fed with the drives' inputs of such a run;
-"Robot" is one world with a robot's own controllers for each environment; PyBullet (where it is installed) is
-the same arm in two processes of Gymnasium's AsyncVectorEnv, whose CPU time is counted with ours.
+The rows take turns in short slices of CPU time, so that all see the same load of the machine; a rate is that
+of all slices together. The task is Reach with the bundled arm, 8 time steps an action. "raw" is
+`mujoco.batch` on the same model, fed with the drives' inputs of such a run, for joints and for the tip apart:
+random motions of a tip bring joints to their limits, where MuJoCo's steps take longer. "Robot" is one world
+with a robot's own controllers for each environment. Ray's two actors and PyBullet (where it is installed: the
+same arm in two processes of Gymnasium's AsyncVectorEnv) are counted with the CPU time of their processes and
+of ours. Ray is compared with a batch on two threads, since it, too, uses two cores at once.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib.util
 import itertools
 import os
-import statistics
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import gymnasium
@@ -36,52 +40,84 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--seconds", type=float, default=2.0, help="CPU time of each row in each round (s)")
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=0.4, help="CPU time of each row in each round (s)")
+    parser.add_argument("--rounds", type=int, default=16)
     parser.add_argument("--threads", type=int, default=1)
     given = parser.parse_args()
-    rows: dict[str, tuple[Callable[[], None], int]] = {}
+    rows: dict[str, Row] = {}
     for count in (1, 16, 256, 1024):
-        rows[f"raw mujoco.batch, {count}"] = raw(count, given.threads), count
         for control in ("joints", "tip"):
-            rows[f"batch, {control}, {count}"] = batch(count, control, given.threads), count
+            rows[f"raw mujoco.batch, {control}, {count}"] = Row(raw(count, control, given.threads), count)
+            rows[f"batch, {control}, {count}"] = Row(batch(count, control, given.threads), count)
     for control in ("joints", "tip"):
-        rows[f"Robot, {control}"] = robots(control), ROBOTS
-    rates: dict[str, list[float]] = {name: [] for name in rows}
-    for _ in range(given.rounds):
-        for name, (step, count) in rows.items():
-            rates[name].append(rate(step, count, given.seconds))
-    if importlib.util.find_spec("pybullet") is not None and Path("/proc").is_dir():
-        rates["PyBullet in 2 processes, joints"] = [pybullet_rate(given.seconds)]
+        rows[f"Robot, {control}"] = Row(robots(control), ROBOTS)
     if importlib.util.find_spec("ray") is not None and Path("/proc").is_dir():
+        import ray
+
+        ray.init(num_cpus=4, include_dashboard=False, log_to_driver=False)
         for count in (256, 1024):
-            rates[f"ray in 2 actors, joints, {count}"] = [ray_rate(count, given.seconds)]
-    medians = {name: statistics.median(found) for name, found in rates.items()}
+            rows[f"batch on 2 threads, {count}"] = Row(batch(count, "joints", 2), count)
+            rows[f"ray in 2 actors, {count}"] = ray_row(count)
+    if importlib.util.find_spec("pybullet") is not None and Path("/proc").is_dir():
+        rows["PyBullet in 2 processes"] = pybullet_row()
+    for row in rows.values():
+        row.run(0.0)
+    for _ in range(given.rounds):
+        for row in rows.values():
+            row.run(given.seconds)
+    if "ray" in sys.modules:
+        sys.modules["ray"].shutdown()
+    rates = {name: row.done / row.spent for name, row in rows.items()}
     print(f"{'':<28}{'steps per CPU s':>16}{'of raw':>9}")
-    for name, value in medians.items():
-        count = name.rsplit(", ", 1)[-1]
-        base = medians.get(f"raw mujoco.batch, {count}")
+    for name, value in rates.items():
+        base = rates.get(f"raw {name}".replace("raw batch", "raw mujoco.batch"))
         print(f"{name:<28}{value:>16.0f}" + (f"{value / base:>9.2f}" if base else ""))
-    joints, tip = medians["batch, joints, 256"], medians["batch, tip, 256"]
-    print(f"tip of joints at 256: {tip / joints:.2f}")
-    print(f"joints of Robot: {joints / medians['Robot, joints']:.1f}; tip: {tip / medians['Robot, tip']:.1f}")
     for count in (256, 1024):
-        if f"ray in 2 actors, joints, {count}" in medians:
-            share = medians[f"ray in 2 actors, joints, {count}"] / medians[f"batch, joints, {count}"]
+        joints, tip = rates[f"batch, joints, {count}"], rates[f"batch, tip, {count}"]
+        motions = rates[f"raw mujoco.batch, tip, {count}"] / rates[f"raw mujoco.batch, joints, {count}"]
+        print(
+            f"tip of joints at {count}: {tip / joints:.2f}, of which {motions:.2f} are MuJoCo's steps of ",
+            end="",
+        )
+        print(f"other motions; at equal motions {tip / joints / motions:.2f}")
+    joints, tip = rates["batch, joints, 256"], rates["batch, tip, 256"]
+    print(f"joints of Robot: {joints / rates['Robot, joints']:.1f}; tip: {tip / rates['Robot, tip']:.1f}")
+    for count in (256, 1024):
+        if f"ray in 2 actors, {count}" in rates:
+            share = rates[f"ray in 2 actors, {count}"] / rates[f"batch on 2 threads, {count}"]
             print(f"ray of batch at {count}: {share:.2f}")
-    theirs = medians.get("PyBullet in 2 processes, joints")
-    if theirs:
-        print(f"joints of PyBullet: {joints / theirs:.1f}")
+    if "PyBullet in 2 processes" in rates:
+        print(f"joints of PyBullet: {joints / rates['PyBullet in 2 processes']:.1f}")
 
 
-def rate(step: Callable[[], None], count: int, seconds: float) -> float:
-    """Return environment steps for each second of CPU time."""
-    step()
-    start, done = time.process_time(), 0
-    while time.process_time() - start < seconds:
-        step()
-        done += count
-    return done / (time.process_time() - start)
+class Row:
+    """Steps done, and CPU time spent on them in this process and in others."""
+
+    def __init__(self, step: Callable[[], None], count: int, processes: Sequence[int] = ()) -> None:
+        """Create a row.
+
+        Args:
+            step: of `count` environments.
+            count: steps of environments in each call.
+            processes: others that work for it.
+        """
+        self.step, self.count, self.processes = step, count, processes
+        self.done, self.spent = 0, 0.0
+
+    def run(self, seconds: float) -> None:
+        """Step for some CPU time (s) and count it; 0 steps once, without counting."""
+        if not seconds:
+            self.step()
+            return
+        start, spent = self._clock(), 0.0
+        while spent < seconds:
+            self.step()
+            self.done += self.count
+            spent = self._clock() - start
+        self.spent += spent
+
+    def _clock(self) -> float:
+        return time.process_time() + sum(map(cpu_time, self.processes))
 
 
 def batch(count: int, control: str, threads: int) -> Callable[[], None]:
@@ -97,9 +133,9 @@ def batch(count: int, control: str, threads: int) -> Callable[[], None]:
     return step
 
 
-def raw(count: int, threads: int) -> Callable[[], None]:
+def raw(count: int, control: str, threads: int) -> Callable[[], None]:
     """Return a step of the same simulations, with the drives' inputs of a run of the environments."""
-    envs = make_vec("roboyard/Reach-v0", count, threads=threads)
+    envs = make_vec("roboyard/Reach-v0", count, control=control, threads=threads)
     envs.reset(seed=0)
     physics = envs.runner.physics
     start, inputs = physics.batch.state.copy(), []
@@ -178,44 +214,42 @@ class PybulletArm(gymnasium.Env):
         return np.concatenate([states.T.ravel(), tip]).astype(np.float32)
 
 
-def pybullet_rate(seconds: float, workers: int = 2) -> float:
-    """Return steps of PyBullet's arms in subprocesses for each second of CPU time, theirs and ours."""
+def pybullet_row(workers: int = 2) -> Row:
+    """Return PyBullet's arms in subprocesses."""
     envs = gymnasium.vector.AsyncVectorEnv([PybulletArm] * workers)
     envs.reset(seed=0)
     action = np.zeros((workers, 7), dtype=np.float32)
-    for _ in range(20):
-        envs.step(action)
-    workers_before = sum(cpu_time(process.pid) for process in envs.processes)
-    before, end, steps = time.process_time(), time.monotonic() + 2.0 * seconds, 0
-    while time.monotonic() < end:
-        envs.step(action)
-        steps += workers
-    spent = time.process_time() - before
-    spent += sum(cpu_time(process.pid) for process in envs.processes) - workers_before
-    envs.close()
-    return steps / spent
+
+    def step() -> None:
+        for _ in range(50):  # the clock of processes has ticks of 10 ms
+            envs.step(action)
+
+    return Row(step, 50 * workers, [process.pid for process in envs.processes if process.pid])
 
 
-def ray_rate(count: int, seconds: float) -> float:
-    """Return environment steps on two Ray actors for each second of CPU time, ours and that of the actors."""
+def ray_row(count: int) -> Row:
+    """Return environments on two Ray actors."""
+    known = actors()
     envs = make_vec("roboyard/Reach-v0", count, backend="ray", workers=2)
     envs.reset(seed=0)
-    actions = np.random.default_rng(0).uniform(-1, 1, (count, 7)).astype(np.float32)
-    for _ in range(5):
-        envs.step(actions)
-    actors = [
-        int(entry.name)
-        for entry in Path("/proc").iterdir()
-        if entry.name.isdigit() and b"ray::Worker" in (entry / "cmdline").read_bytes()
-    ]
-    before, steps = sum(map(cpu_time, actors)) + time.process_time(), 0
-    end = time.monotonic() + 2.0 * seconds
-    while time.monotonic() < end:
-        envs.step(actions)
-        steps += count
-    spent = sum(map(cpu_time, actors)) + time.process_time() - before
-    envs.close()
-    return steps / spent
+    actions = np.random.default_rng(0).uniform(-1, 1, (64, count, 7)).astype(np.float32)
+    turn = itertools.count()
+
+    def step() -> None:
+        envs.step(actions[next(turn) % 64])
+
+    step()
+    return Row(step, count, sorted(actors() - known))
+
+
+def actors() -> set[int]:
+    """Return the processes of Ray's actors; Linux only."""
+    found = set()
+    for entry in Path("/proc").iterdir():
+        with contextlib.suppress(OSError):
+            if entry.name.isdigit() and b"ray::Worker" in (entry / "cmdline").read_bytes():
+                found.add(int(entry.name))
+    return found
 
 
 def cpu_time(process: int) -> float:
