@@ -82,11 +82,13 @@ def given_robot(
 
 def robot_elsewhere(robot: str) -> PublicRobot | None:
     """Return a robot of a folder or a public one; None for files and for names that Roboyard knows itself."""
-    from roboyard.assets import OBJECTS, ROBOTS
-    from roboyard.robots.public_names import PublicRobot, find_public_robot
-
     path = Path(robot)
-    if path.is_file() or named_robot(robot) is not None or robot in ROBOTS | OBJECTS:
+    if path.is_file():
+        return None
+    from roboyard.assets import OBJECTS, ROBOTS
+    from roboyard.robots.public_names import PublicRobot, find_public_robot  # loads all of robots/
+
+    if named_robot(robot) is not None or robot in ROBOTS | OBJECTS:
         return None
     if path.is_dir():
         return PublicRobot(file=_robot_of(path))

@@ -89,10 +89,9 @@ def view(
         self_collision=self_collision,
         packages=given.packages,
         xacro_args=given.xacro_args,
+        on_open=open_page if open_browser else None,
     )
     try:
-        if open_browser:
-            open_page(inspector.viewer.url)
         inspector.run()
     finally:
         inspector.close()

@@ -46,7 +46,13 @@ def mesh_arrays(mesh: TriangleMesh) -> MeshArrays:
     return arrays
 
 
-def _prepare(mesh: TriangleMesh) -> MeshArrays:
+def unsorted_arrays(mesh: TriangleMesh) -> MeshArrays:
+    """Return `mesh_arrays` if they exist, else the same arrays with all faces in one run: quickly, not cached."""
+    arrays = _prepared.get(mesh)
+    return _prepare(mesh, is_sorted=False) if arrays is None else arrays
+
+
+def _prepare(mesh: TriangleMesh, *, is_sorted: bool = True) -> MeshArrays:
     finite: NDArray[np.bool_] = np.asarray(np.isfinite(mesh.vertices).all(axis=1))
     places, joined = join_corners(np.where(finite[:, None], mesh.vertices, 0.0), mesh.faces)
     whole = (
@@ -57,14 +63,15 @@ def _prepare(mesh: TriangleMesh) -> MeshArrays:
     )
     index = np.flatnonzero(whole)
     faces = joined[index]
-    closed = closed_faces(places, faces)
-    clear = np.zeros(len(index), dtype=bool)
-    if mesh.colors is not None:
-        clear = mesh.colors[index, 3] < 255
-    order = np.lexsort((~closed, clear))
-    run = 2 * clear + ~closed
-    counts = np.bincount(run, minlength=4)
-    index, faces = index[order], faces[order]
+    counts = np.array([0, len(faces), 0, 0])
+    if is_sorted:
+        closed = closed_faces(places, faces)
+        clear = np.zeros(len(index), dtype=bool)
+        if mesh.colors is not None:
+            clear = mesh.colors[index, 3] < 255
+        order = np.lexsort((~closed, clear))
+        counts = np.bincount(2 * clear + ~closed, minlength=4)
+        index, faces = index[order], faces[order]
     bounds = np.stack([places.min(axis=0), places.max(axis=0)]) if len(places) else np.zeros((2, 3))
     return MeshArrays(
         vertices=np.ascontiguousarray(places, dtype=np.float32),

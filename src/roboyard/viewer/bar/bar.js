@@ -93,27 +93,25 @@
       uniform Sky hemisphereLights[NUM_HEMI_LIGHTS];
     #endif
     uniform vec3 ambientLightColor;
-    uniform float roughness;
     varying vec3 vLight;
     varying vec3 vShine;
     void lightCorner(vec3 normal, vec3 place) {
       vec3 eye = normalize(-place), n = normalize(normal);
       if (dot(n, eye) < 0.0) n = -n;
-      float gloss = exp2(9.0 * (1.0 - roughness)), rim = 1.0 - max(dot(n, eye), 0.0);
       vLight = ambientLightColor;
       vShine = vec3(0.0);
       #if NUM_DIR_LIGHTS > 0
         for (int i = 0; i < NUM_DIR_LIGHTS; i++) {
           vec3 l = directionalLights[i].direction, c = max(dot(n, l), 0.0) * directionalLights[i].color;
           vLight += c;
-          vShine += c * pow(max(dot(n, normalize(l + eye)), 0.0), gloss) * (gloss + 2.0) * 0.005;
+          float h = max(dot(n, normalize(l + eye)), 0.0), h2 = h * h, h4 = h2 * h2;
+          vShine += c * h4 * h4 * h4 * h2 * 0.08;
         }
       #endif
       #if NUM_HEMI_LIGHTS > 0
         for (int i = 0; i < NUM_HEMI_LIGHTS; i++) {
           vec3 c = mix(hemisphereLights[i].groundColor, hemisphereLights[i].skyColor, 0.5 + 0.5 * dot(n, hemisphereLights[i].direction));
           vLight += c;
-          vShine += c * 0.04 * rim * rim;
         }
       #endif
       vLight *= RECIPROCAL_PI;

@@ -48,6 +48,7 @@ class Inspector:
         packages: Mapping[str, Path] | None = None,
         xacro_args: Mapping[str, str] | None = None,
         quiet: bool = False,
+        on_open: Callable[[str], object] | None = None,
     ) -> None:
         """Load, audit and show a robot.
 
@@ -60,6 +61,7 @@ class Inspector:
             packages: package name to folder, for `package://` references.
             xacro_args: values of `<xacro:arg>` by name, for a xacro file.
             quiet: do not print the address.
+            on_open: called with the address once pages can be opened; the robot appears in them later.
 
         Raises:
             DescriptionError: the URDF is invalid; the message names the cause and the remedy.
@@ -78,8 +80,18 @@ class Inspector:
         """Simulated seconds per second; None: as fast as possible."""
         self.world = World()
         self.world.add_plane()
-        self._spawn(read_robot(source, self._packages, self._xacro_args))
+        robot = read_robot(source, self._packages, self._xacro_args)
+        # a browser loads the page while the robot is built
         self.viewer = Viewer(self.world, host, port, title=source.name, quiet=quiet, on_click=self._on_click)
+        try:
+            if on_open is not None:
+                on_open(self.viewer.url)
+            self._spawn(robot)
+            self.viewer.sync(wait=True)
+        except BaseException:
+            self.viewer.close()
+            raise
+        self.viewer.first_view.aim()
         self._add_time(self.viewer.server.gui)
         self._add_panels({})
         self._show_status()

@@ -11,7 +11,7 @@ from roboyard.rendering.scene import RenderShape
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.simplify import clustered
 
-BUDGET = 40_000
+BUDGET = 24_000
 """Triangles that the dense meshes of a scene have together when they are coarse, if `COARSEST` allows it."""
 FEW = 600
 """Number of triangles up to which a mesh stays as it is."""

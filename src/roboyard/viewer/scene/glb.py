@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.rendering.mesh_arrays import mesh_arrays
+from roboyard.rendering.mesh_arrays import MeshArrays, unsorted_arrays
 from roboyard.rendering.scene import RenderShape
 from roboyard.rendering.smoothing import is_closed
 
@@ -30,13 +30,13 @@ CHECKER_PIXELS = 64
 
 def glb(shape: RenderShape) -> bytes:
     """Return a shape as binary glTF, its scale applied, in the mesh frame."""
-    arrays = mesh_arrays(shape.mesh)
+    arrays = unsorted_arrays(shape.mesh)
     file = _File()
     corners = arrays.vertices[arrays.faces].reshape(-1, 3) * np.asarray(shape.scale, dtype=np.float32)
     normals = _scaled_normals(arrays.normals.reshape(-1, 3), shape.scale)
     if np.prod(shape.scale) < 0:  # mirroring reverses the order of the corners
         corners, normals = (a.reshape(-1, 3, 3)[:, ::-1].reshape(-1, 3) for a in (corners, normals))
-    image, uv = _picture(shape, corners)
+    image, uv = _picture(shape, arrays, corners)
     if uv is not None and image is not None:
         file.add_image(image, sharp=shape.checker is not None)
     else:
@@ -69,7 +69,7 @@ def glb(shape: RenderShape) -> bytes:
 
 def triangles(shape: RenderShape) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     """Return (k, 3) vertices (m), scale applied, and (n, 3) faces of a shape in the mesh frame."""
-    arrays = mesh_arrays(shape.mesh)
+    arrays = unsorted_arrays(shape.mesh)
     vertices = arrays.vertices * np.asarray(shape.scale, dtype=np.float32)
     return vertices.astype(np.float32), np.asarray(arrays.faces, dtype=np.uint32)
 
@@ -89,9 +89,10 @@ def _scaled_normals(normals: NDArray, scale: tuple[float, float, float]) -> NDAr
     return np.where(length > 1e-12, turned / np.maximum(length, 1e-12), up).astype(np.float32)
 
 
-def _picture(shape: RenderShape, corners: NDArray) -> tuple[NDArray[np.uint8] | None, NDArray | None]:
+def _picture(
+    shape: RenderShape, arrays: MeshArrays, corners: NDArray
+) -> tuple[NDArray[np.uint8] | None, NDArray | None]:
     """Return the texture and (n, 2) coordinates of the corners, v downwards as in glTF; None: no texture."""
-    arrays = mesh_arrays(shape.mesh)
     image = shape.texture if shape.texture is not None or not shape.use_mesh_colors else shape.mesh.texture
     if image is not None and arrays.uv is not None:
         return image, arrays.uv.reshape(-1, 2) * (1.0, -1.0) + (0.0, 1.0)
@@ -123,7 +124,11 @@ def _joined(
         return rows, np.zeros(0, dtype=np.uint32)
     keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
     _, first, index = np.unique(keys, return_index=True, return_inverse=True)
-    return rows[first], index.ravel().astype(np.uint32)
+    # in the order of their first use: neighbours are near each other in memory
+    order = np.argsort(first)
+    place = np.empty(len(first), dtype=np.uint32)
+    place[order] = np.arange(len(first), dtype=np.uint32)
+    return rows[first[order]], place[index.ravel()]
 
 
 class _File:
