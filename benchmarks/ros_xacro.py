@@ -1,4 +1,4 @@
-"""Print what ROS's own xacro makes of a file; run by `xacro_repositories.py` with any Python that has `xacro`.
+"""Print what ROS's own xacro makes of a file; run by `xacro_repositories.py` where `xacro` is installed.
 
 Standard input is JSON: `file`, `arguments` and `packages` (name to folder), which stand in for ROS's index.
 """

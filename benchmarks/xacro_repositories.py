@@ -1,6 +1,7 @@
 """Do the xacro robots of vendors' repositories import with no ROS? One table for repositories in folders.
 
-    python benchmarks/xacro_repositories.py REPO_DIR... [--import {none,one,all}] [--out FILE] [--jobs N]
+    python benchmarks/xacro_repositories.py REPO_DIR... [--import {none,one,all}] [--xacro PYTHON]
+                                            [--out FILE] [--jobs N]
 
 A robot file is a xacro file that makes links and that no other xacro file of the repository includes. Each is
 expanded, read and its meshes are looked for, in a process of its own, with the arguments' own defaults or
@@ -9,9 +10,11 @@ then in all folders given, as in a workspace. With `--import one` (the default) 
 repository is also imported as a package, without validation; meshes that a repository lacks are omitted.
 
 A row is `robot`, or why it is none: `part` (expands to no link), `argument` (an argument without default),
-`package` (a package that no folder given holds), `file` (a file that the repository lacks), `error`. The last
-lines count repositories in which a robot imports, and robots among the files whose packages and arguments are
-there.
+`package` (a package that no folder given holds), `file` (a file that the repository lacks), `error`. The
+last lines count repositories in which a robot imports, and robots among the files whose packages and
+arguments are there. With `--xacro PYTHON`, an interpreter that has the package `xacro`, each robot is also
+expanded by ROS's own xacro, with a stand-in for ROS's index of packages, and compared: elements, attributes
+and texts, in order.
 """
 
 from __future__ import annotations
@@ -23,9 +26,11 @@ import subprocess
 import sys
 import tempfile
 import time
+import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -50,11 +55,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="write the rows as JSON")
     parser.add_argument("--limit", type=float, default=300.0, help="seconds for each robot")
     parser.add_argument("--jobs", type=int, default=1, help="robots that are read at once")
+    parser.add_argument("--xacro", help="a Python interpreter that has the package xacro")
     parser.add_argument("--one", nargs=3, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.one is not None:
         file, folders, action = arguments.one
-        print(ROW + json.dumps(read_robot(Path(file), [Path(f) for f in json.loads(folders)], action)))
+        row = read_robot(Path(file), [Path(f) for f in json.loads(folders)], action, arguments.xacro)
+        print(ROW + json.dumps(row))
         return
     if not arguments.folders:
         parser.error("give the folders of repositories")
@@ -62,7 +69,7 @@ def main() -> None:
     todo = [(folder, file) for folder in folders for file in top_files(folder)]
 
     def run(item: tuple[Path, Path]) -> dict[str, Any]:
-        return _in_process(item[0], item[1], folders, "read", arguments.limit)
+        return _in_process(item[0], item[1], folders, "read", arguments.limit, arguments.xacro)
 
     with ThreadPoolExecutor(max_workers=arguments.jobs) as pool:
         rows = list(pool.map(run, todo))
@@ -93,13 +100,14 @@ def top_files(folder: Path) -> list[Path]:
     return [file for file in robot_files(folder) if file.suffix == ".xacro" and file.name not in included]
 
 
-def read_robot(file: Path, folders: Sequence[Path], action: str) -> dict[str, Any]:
+def read_robot(file: Path, folders: Sequence[Path], action: str, xacro: str | None = None) -> dict[str, Any]:
     """Return outcome, message, links and seconds of one robot file.
 
     Args:
         file: of the robot.
         folders: whose packages it may use, its repository first.
         action: `read` expands and reads it, `import` makes a package.
+        xacro: an interpreter with ROS's xacro to compare with.
     """
     from roboyard.description.files.workspaces import packages_below
 
@@ -114,7 +122,52 @@ def read_robot(file: Path, folders: Sequence[Path], action: str) -> dict[str, An
             row = {**chosen, "arguments": arguments}
             break
     row["seconds"] = round(time.perf_counter() - began, 2)
+    if xacro is not None and row["outcome"] == "robot":
+        row["same"] = _compared(file, packages, row.get("arguments", {}), xacro)
     return row
+
+
+def _compared(file: Path, packages: dict[str, Path], arguments: dict[str, str], xacro: str) -> str:
+    """Return `same`, where the expansion differs from that of ROS's xacro, or why there is none of it."""
+    from roboyard.description.files.resolver import Resolver
+    from roboyard.description.xacro.expand import expand_xacro
+
+    root, notes = expand_xacro(file, Resolver.of_file(file, packages=packages), arguments)
+    folders = {name: str(folder) for name, folder in packages.items()}
+    used = _launch_arguments(notes)
+    question = {"file": str(file), "arguments": {**used, **arguments}, "packages": folders}
+    call = [xacro, str(Path(__file__).with_name("ros_xacro.py"))]
+    done = subprocess.run(call, input=json.dumps(question), capture_output=True, text=True, check=False)
+    if done.returncode:
+        return "alone: " + (done.stderr.strip().splitlines() or ["?"])[-1][:200]
+    theirs = _flat(ET.fromstring(done.stdout), folders)
+    for own, other in zip_longest(_flat(root, folders), theirs):
+        if own != other:
+            return f"differs: {own} | {other}"[:400]
+    return "same"
+
+
+def _launch_arguments(notes: Sequence[str]) -> dict[str, str]:
+    """Return the arguments that were taken from a launch file, as the note says."""
+    return dict(pair for note in notes for pair in re.findall(r"(\w+):=(\S*)", note) if "launch" in note)
+
+
+def _flat(root: ET.Element, folders: dict[str, str]) -> list[tuple[Any, ...]]:
+    """Return tag, attributes and text of all elements, paths of packages as `package://NAME`."""
+    names = {folder: name for name, folder in folders.items() if Path(folder).name != name}
+    names |= {folder: name for name, folder in folders.items() if folder not in names}
+
+    def plain(text: str) -> str:
+        for folder, name in sorted(names.items(), reverse=True):
+            text = text.replace(f"file://{folder}/", f"package://{name}/")
+            text = text.replace(f"{folder}/", f"package://{name}/")
+        return re.sub(r"(?<=\w)/+", "/", text.replace("file://package://", "package://")).strip()
+
+    return [
+        (each.tag, sorted((key, plain(value)) for key, value in each.items()), plain(each.text or ""))
+        for each in root.iter()
+        if isinstance(each.tag, str)
+    ]
 
 
 def first_choices(file: Path) -> list[dict[str, str]]:
@@ -171,9 +224,12 @@ def outcome_of(message: str) -> str:
     return next((name for name, words in NEEDS.items() if re.search(words, message)), "error")
 
 
-def _in_process(folder: Path, file: Path, folders: list[Path], action: str, limit: float) -> dict[str, Any]:
+def _in_process(
+    folder: Path, file: Path, folders: list[Path], action: str, limit: float, xacro: str | None = None
+) -> dict[str, Any]:
     order = [folder, *(other for other in folders if other != folder)]
     call = [sys.executable, __file__, "--one", str(file), json.dumps([str(f) for f in order]), action]
+    call += ["--xacro", xacro] if xacro is not None else []
     row: dict[str, Any] = {"repository": str(folder), "file": str(file)}
     try:
         done = subprocess.run(call, capture_output=True, text=True, timeout=limit, check=False)
@@ -218,6 +274,11 @@ def table(rows: list[dict[str, Any]], folders: Sequence[Path]) -> str:
     for row in failed:
         place = Path(row["file"]).relative_to(Path(row["repository"]).parent)
         lines.append(f"- {place}: {row['outcome']}: {row['message'].replace(row['repository'], '')}")
+    compared = Counter(row["same"].partition(":")[0] for row in rows if "same" in row)
+    if compared:
+        lines += ["", "against ROS's xacro: " + ", ".join(f"{n} {name}" for name, n in compared.items())]
+        found = [row for row in rows if row.get("same", "same") != "same"]
+        lines += [f"- {Path(row['file']).name}: {row['same']}" for row in found]
     count = Counter(row["outcome"] for row in rows)
     able = count["robot"] + count["error"]
     lines += [

@@ -67,6 +67,16 @@ def test_renamed_package_is_found_and_noted(tmp_path):
     assert "package 'arm_description' was not found; its files were found in renamed/" in found.note
 
 
+def test_a_part_of_a_package_that_is_a_repository_of_its_own(tmp_path):
+    """AgileX's arms: `package://agx_arm_description/agx_arm_urdf/...`, cloned as `agx_arm_urdf` alone."""
+    mesh = touch(tmp_path / "arm_urdf" / "piper" / "meshes" / "a.stl")
+    base = tmp_path / "arm_urdf" / "nero" / "urdf"
+    base.mkdir(parents=True)
+    found = resolver(base).resolve("package://arm_description/arm_urdf/piper/meshes/a.stl")
+    assert found.path == mesh
+    assert "package 'arm_description' was not found; its files were found in arm_urdf/" in found.note
+
+
 @pytest.mark.parametrize("scheme", ["package", "model"])
 def test_packages_and_search_paths_of_the_caller(tmp_path, scheme):
     mesh = touch(tmp_path / "store" / "arm" / "a.stl")

@@ -350,6 +350,26 @@ def test_arguments_without_value_are_those_of_a_launch_file(
     assert given.find("link/visual/geometry/sphere").get("radius") == "7"  # type: ignore[union-attr]
 
 
+@pytest.mark.parametrize(
+    ("named", "known"), [("arm_description", True), ("other", False)], ids=["own", "other"]
+)
+def test_a_launch_file_may_complete_the_name_of_the_robot(tmp_path: Path, named: str, known: bool):
+    """As Talos's does: `talos_$(arg robot).urdf.xacro`, of its own package alone."""
+    file = write(tmp_path, arm__urdf__xacro=SIZED)
+    package = tmp_path / "arm_description"
+    (package / "launch").mkdir()
+    (package / "package.xml").write_text("<package><name>arm_description</name></package>")
+    text = XML_LAUNCH.replace(
+        "(find arm_description)/urdf/arm.urdf", f"(find {named})/urdf/a$(arg kind).urdf"
+    )
+    (package / "launch" / "show.launch").write_text(text)
+    if not known:
+        assert "'size' has no value" in refusal(file)
+        return
+    _, notes = expand_xacro(file, Resolver.of_file(file))
+    assert "arguments of show.launch are used: size:=3" in notes[0]
+
+
 def test_arguments_that_a_launch_file_leaves_open_are_listed_with_their_choices(tmp_path: Path):
     body = '<link name="a"/><xacro:include filename="$(arg side).xacro"/></robot>'
     file = write(tmp_path, arm__urdf__xacro=f'{HEAD}<xacro:arg name="side" default="none"/>{body}')

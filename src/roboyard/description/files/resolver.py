@@ -283,9 +283,11 @@ class Resolver:
             package = packages_below(root).get(name)
             if package is not None:
                 yield _Candidate(package, tail)
-        if self._package is not None:
-            note = f"package {name!r} was not found; its files were found in {self._package.name}/"
-            yield _Candidate(self._package, tail, note)
+        first, _, more = tail.partition("/")
+        inner = [folder for folder in self._above if more and folder.name == first]  # a part of the package
+        for folder in (*([] if self._package is None else [self._package]), *inner):
+            note = f"package {name!r} was not found; its files were found in {folder.name}/"
+            yield _Candidate(folder, more if folder in inner else tail, note)
         if self.base is not None:
             yield _Candidate(self.base, tail, f"package {name!r} was not found; read relative to the file")
 

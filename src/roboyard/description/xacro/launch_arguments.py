@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from roboyard._records import dataclass
+from roboyard.description.files.workspaces import package_name
 from roboyard.untrusted.files import read_file
 
 MAX_LAUNCH_FILES = 300
@@ -21,6 +22,11 @@ _LEVELS = 8
 _ENDINGS = (".launch", ".launch.xml", ".launch.py", ".py", ".xml")
 _PASSED = re.compile(r"(\w+):=(?:'([^']*)'|\"([^\"]*)\"|([^\s'\"]*))")
 _XML_COMMENT = re.compile(r"<!--.*?-->", re.S)
+_XACRO = re.compile(r"[^\s'\"]*\.xacro\b")
+_FIND = re.compile(r"\$\(find\s+(\S+?)\)")
+_ANY = "\1"
+"""Stands for a launch argument in a file's name."""
+_WILD = re.compile(r"\$\((?:arg|var)\s+\w+\)")
 _XML_ARG = re.compile(r"<arg\b([^>]*)>", re.S)
 _ATTRIBUTE = re.compile(r"(\w+)\s*=\s*(?:\"([^\"]*)\"|'([^']*)')")
 _PY_COMMENT = re.compile(r"^\s*#.*$", re.M)
@@ -54,7 +60,7 @@ def launch_arguments(file: Path) -> tuple[LaunchArguments, ...]:
 
     Args:
         file: the robot. Launch files of its package and of the packages beside it are read where they contain
-            the file's name.
+            the file's name, or, in XML, one that a launch argument completes (`talos_$(arg robot).xacro`).
     """
     found: list[LaunchArguments] = []
     for launch in _launch_files(file):
@@ -62,9 +68,12 @@ def launch_arguments(file: Path) -> tuple[LaunchArguments, ...]:
             text = read_file(launch, _MAX_BYTES).decode("utf-8", "replace")
         except (OSError, ValueError):
             continue
-        if file.name not in text:
+        if launch.suffix != ".py":
+            values, choices = _of_xml(text, file)
+        elif file.name in text:
+            values, choices = _of_python(text)
+        else:
             continue
-        values, choices = _of_python(text) if launch.suffix == ".py" else _of_xml(text, file.name)
         known = any(values == each.values and choices == each.choices for each in found)
         if (values or choices) and not known:
             found.append(LaunchArguments(file=launch, values=values, choices=choices))
@@ -100,7 +109,23 @@ def _folders(folder: Path) -> list[Path]:
     return [each for each in _entries(folder) if each.is_dir() and not each.is_symlink()]
 
 
-def _of_xml(text: str, name: str) -> tuple[dict[str, str], dict[str, tuple[str, ...]]]:
+def _names(command: str, file: Path) -> bool:
+    """Return whether a command names a xacro file, perhaps with launch arguments in the name."""
+    if file.name in command:
+        return True
+    for match in _XACRO.finditer(_WILD.sub(_ANY, _FIND.sub(r"@\1@", command))):
+        folder, _, name = match[0].rpartition("/")
+        pattern = ".+".join(re.escape(part) for part in name.split(_ANY))
+        package = re.match(r"@(.+?)@", folder)
+        known = package is not None and any(
+            package[1] in (above.name, package_name(above)) for above in file.absolute().parents[:_LEVELS]
+        )
+        if known and _ANY in name and re.fullmatch(pattern, file.name):
+            return True
+    return False
+
+
+def _of_xml(text: str, file: Path) -> tuple[dict[str, str], dict[str, tuple[str, ...]]]:
     text = _XML_COMMENT.sub("", text)
     defaults: dict[str, str] = {}
     for match in _XML_ARG.finditer(text):
@@ -112,7 +137,7 @@ def _of_xml(text: str, name: str) -> tuple[dict[str, str], dict[str, tuple[str, 
     choices: dict[str, tuple[str, ...]] = {}
     for match in re.finditer(r"command\s*=\s*(?:\"([^\"]*)\"|'([^']*)')|\$\(command\s+'([^']*)'", text):
         command = next(group for group in match.groups() if group is not None).replace("&quot;", '"')
-        if name not in command:
+        if not _names(command, file):
             continue
         for key, *texts in _PASSED.findall(re.sub(r"\$\((?:arg|var) (\w+)\)", r"@\1@", command)):
             value = re.sub(r"@(\w+)@", lambda m: defaults.get(m[1], "@"), "".join(texts))
