@@ -368,6 +368,9 @@ def test_a_launch_file_may_complete_the_name_of_the_robot(tmp_path: Path, named:
         return
     _, notes = expand_xacro(file, Resolver.of_file(file))
     assert "arguments of show.launch are used: size:=3" in notes[0]
+    (package / "launch" / "show.launch").rename(file.with_name("upload.launch"))
+    _, notes = expand_xacro(file, Resolver.of_file(file))
+    assert "arguments of upload.launch are used: size:=3" in notes[0]
 
 
 def test_arguments_that_a_launch_file_leaves_open_are_listed_with_their_choices(tmp_path: Path):

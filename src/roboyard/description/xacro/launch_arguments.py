@@ -89,7 +89,8 @@ def _launch_files(file: Path) -> Iterator[Path]:
     beside = [folder for folder in _folders(package.parent) if (folder / "package.xml").is_file()]
     count = 0
     for home in (package, *(folder for folder in beside if folder != package)):
-        for folder in (home / "launch", *_folders(home / "launch")):
+        beside_robot = (file.absolute().parent,) if home == package else ()
+        for folder in (home / "launch", *_folders(home / "launch"), *beside_robot):
             for each in _entries(folder):
                 if each.name.endswith(_ENDINGS) and each.is_file():
                     count += 1
