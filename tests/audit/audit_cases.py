@@ -225,6 +225,7 @@ def many_links(count: int) -> str:
     return f'<robot name="arm">{links}{joints}</robot>'
 
 
+XACRO = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 EMPTY_FIXED = joint("f", "tip", "frame", "fixed")
 
 CASES: dict[str, tuple[Case, Case]] = {
@@ -240,6 +241,10 @@ CASES: dict[str, tuple[Case, Case]] = {
         arm(origin='<origin xyz="0 1e-300 0.2"/>'),
     ),
     "xacro-left": (arm(origin='<origin xyz="0 0 ${h}"/>'), arm(more="<!-- ${h} -->")),
+    "xacro-color": (
+        arm().replace("</visual>", "<xacro:grey/></visual>", 1).replace("<robot", f"<robot {XACRO}", 1),
+        arm(),
+    ),
     "number-wrong": (arm(origin='<origin xyz="0 0.2"/>'), arm(origin='<origin xyz="0 0 0.2"/>')),
     "number-huge": (
         arm(tip=INERTIAL + both(origin='<origin xyz="0 0 1e30"/>')),

@@ -153,3 +153,18 @@ def test_a_loop_of_mimics_moves_freely():
     robot = load_description(f'<robot name="r">{links}{joints}</robot>')
     assert [joint.mimic for joint in robot.joints] == [None, None, None]
     assert len(robot.notes) == 3
+
+
+def test_an_unexpanded_colour_of_a_visual_shape_is_omitted_with_a_note() -> None:
+    """Vendors ship expanded files in which macros for colours are left; other programs ignore them."""
+    text = (
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a"><visual><geometry>'
+        '<box size="1 1 1"/></geometry><xacro:grey/></visual>{more}</link></robot>'
+    )
+    described = load_description(text.format(more=""))
+    assert len(described.links[0].visuals) == 1
+    assert any("xacro" in note and "1 visual shapes" in note for note in described.notes)
+    with pytest.raises(DescriptionError, match="is xacro"):
+        load_description(text.format(more="<visual><xacro:box/></visual>"))
+    with pytest.raises(DescriptionError, match="is xacro"):
+        load_description(text.format(more='<visual><geometry/><xacro:box size="2"/></visual>'))

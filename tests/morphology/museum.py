@@ -172,6 +172,31 @@ def two_arms_without_hands() -> RobotDescription:
     )
 
 
+def pan_tilt_between_arms() -> RobotDescription:
+    """A column with two arms with two fingers each, and a pan and a tilt far below its top."""
+    axes = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")
+    parts = [link("b", "box 0.3 0.3 1.6", 50, origin="0 0 0.8")]
+    for name, y in (("x", 0.2), ("y", -0.2)):
+        parts += chain(name, "b", f"0 {y} 1", axes, "0.15 0 0")
+        for k, across in enumerate((1, -1)):
+            finger = f"{name}f{k}"
+            parts.append(link(finger, "box 0.06 0.01 0.02", 0.05, origin="0.03 0 0"))
+            place = f"0.15 {0.02 * across} 0"
+            slide = joint(
+                f"j{finger}",
+                f"{name}5",
+                finger,
+                kind="prismatic",
+                xyz=place,
+                axis=f"0 {across} 0",
+                limits=(0, 0.04),
+            )
+            parts.append(slide)
+    parts += [link("p", "box 0.05 0.05 0.05", 0.3), link("t", "box 0.08 0.1 0.04", 0.3)]
+    parts += [joint("jp", "b", "p", xyz="0.2 0 1.1"), joint("jt", "p", "t", xyz="0 0 0.05", axis="0 1 0")]
+    return robot(*parts)
+
+
 def drone() -> RobotDescription:
     """A body with four flat rotors."""
     parts = [link("b", "box 0.2 0.2 0.05", 1)]

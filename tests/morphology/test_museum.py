@@ -176,3 +176,9 @@ def test_fingers_on_a_wrist_are_a_hand_and_no_arms() -> None:
     semantic = infer_semantics(museum.hand_on_a_wrist())
     assert (semantic.kind, semantic.base) == ("hand", "none")
     nothing_else(semantic, "grippers")
+
+
+def test_an_unnamed_pan_and_tilt_between_two_arms_is_a_head() -> None:
+    found = infer_semantics(museum.pan_tilt_between_arms())
+    assert found.head_joints == ("jp", "jt")
+    assert len(found.arms) == 2

@@ -11,7 +11,7 @@ from roboyard.audit.registry import Fault, Faults, check
 from roboyard.description.model import CONTACT_TAGS, INERTIA_KEYS
 from roboyard.description.urdf.numbers import BEYOND, LARGEST, FaultKind, Location
 from roboyard.description.urdf.parse import UrdfElements
-from roboyard.description.urdf.xml import line_of
+from roboyard.description.urdf.xml import is_xacro, line_of, xacro_colours
 
 _POSE = ("xyz", "rpy", "quat_xyzw")
 ATTRIBUTES: dict[str, tuple[str, ...]] = {
@@ -129,11 +129,26 @@ def number_not_finite(urdf: UrdfElements) -> Faults:
 def xacro_left(urdf: UrdfElements) -> Faults:
     """The file is an unexpanded xacro, or part of it is."""
     yield from _number_faults(urdf, "xacro")
+    colours = {id(element) for element in xacro_colours(urdf.root)}
     for element in urdf.root.iter():
-        tag = str(element.tag)
-        if tag.startswith("xacro:") or (tag.startswith("{") and "xacro" in tag.partition("}")[0]):
-            yield Fault(at=Location(who="robot", line=line_of(element)), message=f"<{tag[:60]}> is xacro")
+        if is_xacro(element) and id(element) not in colours:
+            message = f"<{str(element.tag)[:60]}> is xacro"
+            yield Fault(at=Location(who="robot", line=line_of(element)), message=message)
             return
+
+
+@check(
+    "xacro-color",
+    WARNING,
+    remedy="expand it first: xacro FILE.xacro > FILE.urdf",
+    example="<visual><geometry>...</geometry><xacro:grey/></visual>",
+)
+def xacro_colour(urdf: UrdfElements) -> Faults:
+    """The colour of a visual shape is an unexpanded macro."""
+    if colours := xacro_colours(urdf.root):
+        tag = str(colours[0].tag)[:60]
+        message = f"<{tag}> is xacro; {len(colours)} visual shapes have no colour"
+        yield Fault(at=Location(who="robot", line=line_of(colours[0])), message=message)
 
 
 @check(

@@ -7,7 +7,6 @@ other faults are errors, and one run reports all of them.
 
 from __future__ import annotations
 
-import re
 import xml.etree.ElementTree as ET
 
 from roboyard.description.model import Joint, Link, LoopJoint, Material, RobotDescription
@@ -18,7 +17,7 @@ from roboyard.description.urdf.build_loops import build_loop
 from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.problems import Problems
 from roboyard.description.urdf.tree_problems import report_tree_problems
-from roboyard.description.urdf.xml import line_of
+from roboyard.description.urdf.xml import is_xacro, line_of, xacro_colours
 from roboyard.errors import DescriptionError
 
 
@@ -44,8 +43,15 @@ def build_description(
             file=elements.file,
             line=line_of(root),
         )
-    _refuse_xacro(root, elements)
+    cosmetic = _refuse_xacro(root, elements)
     problems = Problems(elements.file, elements.number_faults, strict=strict)
+    if cosmetic:
+        problems.note(
+            cosmetic[0],
+            "robot",
+            f"<{_short(str(cosmetic[0].tag))}> is xacro that was not expanded, in {len(cosmetic)} visual "
+            "shapes; omitted",
+        )
     for note in elements.xml_notes:
         problems.note(None, "", note)
     materials = {material.element: material for material in elements.materials}
@@ -53,14 +59,22 @@ def build_description(
     return _build_robot(elements, context)
 
 
-def _refuse_xacro(root: ET.Element, elements: UrdfElements) -> None:
+def _refuse_xacro(root: ET.Element, elements: UrdfElements) -> list[ET.Element]:
+    """Return the unexpanded macros that stand for the colours of visual shapes.
+
+    Raises:
+        DescriptionError: there is another xacro element.
+    """
+    colours = xacro_colours(root)
+    known = {id(element) for element in colours}
     for element in root.iter():
-        if isinstance(element.tag, str) and re.match(r"xacro:|\{[^}]*xacro[^}]*\}", element.tag):
+        if is_xacro(element) and id(element) not in known:
             raise DescriptionError(
                 f"<{_short(element.tag)}> is xacro; expand it first: xacro FILE.xacro > FILE.urdf",
                 file=elements.file,
                 line=line_of(element),
             )
+    return colours
 
 
 def _short(tag: str) -> str:

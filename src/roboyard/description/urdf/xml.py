@@ -38,6 +38,25 @@ def line_of(element: ET.Element) -> int | None:
     return getattr(element, "line", None)
 
 
+def is_xacro(element: ET.Element) -> bool:
+    """Return whether an element is of xacro, with or without its namespace."""
+    tag = element.tag
+    return isinstance(tag, str) and (
+        tag.startswith("xacro:") or (tag.startswith("{") and "xacro" in tag.partition("}")[0])
+    )
+
+
+def xacro_colours(root: ET.Element) -> list[ET.Element]:
+    """Return the unexpanded macros without arguments of visual shapes with a geometry: their colours."""
+    return [
+        child
+        for visual in root.iter("visual")
+        if visual.find("geometry") is not None
+        for child in visual
+        if is_xacro(child) and not child.attrib and not len(child)
+    ]
+
+
 def copy_tree(root: ET.Element) -> ET.Element:
     """Return a deep copy of a tree, with the lines of its elements; does not recurse."""
     copied = _copy_element(root)

@@ -11,6 +11,11 @@ from roboyard.morphology.words import meanings, share
 
 MOST_JOINTS = 8
 """Of a head with its eyes."""
+ARMS = 2
+"""Number of arms beside a pan and tilt that show a head."""
+UPRIGHT = 0.8
+NEAR = 0.15
+"""Distance between the axes of a pan and tilt, as a share of the robot's size."""
 NEEDED = 3.0
 """Smallest sum of evidence."""
 
@@ -29,10 +34,28 @@ def looks_like_head(
     below = skeleton.below(joint)
     if len(below) > MOST_JOINTS or skeleton.depth(joint) > 4 or any(name in palms for name in below):
         return False
+    between = _hands_beside(skeleton, joint, palms) >= ARMS and _is_pan_tilt(skeleton, joint)
     slides = (name for name in below if skeleton.joint[name].type == "prismatic")
     if any(skeleton.is_driven(name) for name in slides):  # a lift that follows the arm may carry a head
         return False
-    return head_score(skeleton, joint, alone=alone) >= NEEDED
+    return head_score(skeleton, joint, alone=alone) + 2.0 * between >= NEEDED
+
+
+def _hands_beside(skeleton: Skeleton, joint: str, palms: Mapping[str, tuple[str, ...]]) -> int:
+    """Return how many chains on the body that carries a chain end in hands."""
+    beside = (name for name in skeleton.children[skeleton.parent[joint]] if name != joint)
+    return sum(any(below in palms for below in skeleton.below(name)) for name in beside)
+
+
+def _is_pan_tilt(skeleton: Skeleton, joint: str) -> bool:
+    """Return whether a chain is a turn about an upright axis and one about a level axis, side by side."""
+    below = skeleton.below(joint)
+    if len(below) != 2 or any(skeleton.joint[name].type not in ("revolute", "continuous") for name in below):
+        return False
+    pan, tilt = below
+    apart = float(np.linalg.norm(skeleton.origin(tilt) - skeleton.origin(pan)))
+    upright = abs(skeleton.axis(pan)[2]) > UPRIGHT and abs(skeleton.axis(tilt)[2]) < 1.0 - UPRIGHT
+    return upright and apart < NEAR * skeleton.size
 
 
 def head_score(skeleton: Skeleton, joint: str, *, alone: bool = False) -> float:
