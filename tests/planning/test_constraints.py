@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from roboyard.description.model import Box, Pose
 from roboyard.errors import ConfigError
@@ -18,6 +19,7 @@ from roboyard.planning import (
     on_line,
     turned_goals,
 )
+from roboyard.planning.constraints import BoundConstraint
 from roboyard.transforms import quaternion_from_matrix
 
 DOWN = (1.0, 0.0, 0.0, 0.0)
@@ -139,3 +141,27 @@ def test_more_time_gives_no_longer_paths(planner: Planner, start: np.ndarray, be
     goal = beyond
     lengths = [planner.plan(start, goal, improve=seconds).length for seconds in (0.0, 0.3)]
     assert lengths[1] <= lengths[0] + 1e-9
+
+
+def test_errors_are_shares_of_the_tolerances_and_free_directions_count_nothing(planner: Planner) -> None:
+    robot, root = planner.robot, np.eye(4)
+    link = robot.chain.links[-1]
+    q = np.array([0.1, 0.4, -0.2, 1.1, 0.3, 0.7, 0.2])
+    other = q + 0.2
+    here, there = (forward_kinematics(robot.chain, one, link) for one in (q, other))
+    moved = here[:3, :3].T @ (there[:3, 3] - here[:3, 3])
+    turned = Rotation.from_matrix(here[:3, :3].T @ there[:3, :3]).as_rotvec()
+    tight = BoundConstraint(
+        PathConstraint(link=link, position=(np.inf, 0.1, np.inf), rotation=(0.2, np.inf, 0.3)), robot, root, q
+    )
+    expected = [moved[1] / 0.1, turned[0] / 0.2, turned[2] / 0.3]
+    np.testing.assert_allclose(tight.errors(other), expected, atol=1e-9)
+    np.testing.assert_allclose(tight.errors(q), 0.0, atol=1e-6)
+    upright = BoundConstraint(keep_upright(link, 0.25), robot, root, q)
+    tilt = np.arccos((there[:3, :3] @ here[:3, :3].T @ np.array([0.0, 0.0, 1.0]))[2])
+    np.testing.assert_allclose(upright.errors(other), [tilt / 0.25], atol=1e-9)
+    anywhere = BoundConstraint(PathConstraint(link=link), robot, root, q)
+    assert anywhere.inside(np.stack([q, other])).all()
+    projected = tight.project(other)
+    assert projected is not None
+    assert tight.inside(projected)

@@ -6,7 +6,9 @@ A constraint is a region of poses around a frame, as bounds of x, y, z and of a 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -99,6 +101,7 @@ class BoundConstraint:
         frame = now if constraint.frame is None else np.asarray(constraint.frame, dtype=float)
         self.frame = self.inverse @ frame
         self.turned = (inverse_pose(frame) @ now)[:3, :3]
+        self._to_frame = inverse_pose(self.frame)
         self.bound = np.concatenate([_three(constraint.position), _three(constraint.rotation)])
         self.axis: Array | None = None
         self.tilt = constraint.tilt
@@ -117,19 +120,34 @@ class BoundConstraint:
     def errors(self, q: Array) -> Array:
         """Return (..., k) deviations as shares of their tolerances; inside where all are at most 1."""
         poses = forward_kinematics(self.robot.chain, q, self.link)
-        within = np.linalg.inv(self.frame) @ poses
-        position = within[..., :3, 3]
-        rotation = _rotation_vectors(within[..., :3, :3] @ self.turned.T)
-        out = np.concatenate([position, rotation], axis=-1) / self.bound
+        parts = [self._within(poses) / self.bound[self._bounded]]
         if self.axis is not None:
             now = poses[..., :3, :3] @ self.axis
-            angle = np.arccos(np.clip(now @ self.up, -1.0, 1.0))
-            out = np.concatenate([out, angle[..., None] / self.tilt], axis=-1)
-        return out
+            parts.append(np.arccos(np.clip(now @ self.up, -1.0, 1.0))[..., None] / self.tilt)
+        return np.concatenate(parts, axis=-1)
+
+    @cached_property
+    def _bounded(self) -> NDArray[np.int64]:
+        """Entries of `bound` that are not free."""
+        return np.flatnonzero(np.isfinite(self.bound))
+
+    def _within(self, poses: Array) -> Array:
+        """Return (..., k) what is not free of positions and rotation vectors in the region's frame, for
+        (..., 4, 4) poses in the root link's (m, rad).
+        """
+        bounded = self._bounded
+        if not len(bounded):
+            return np.zeros((*poses.shape[:-2], 0))
+        within = self._to_frame @ poses
+        values = within[..., :3, 3]
+        if bounded[-1] >= 3:
+            turns = _rotation_vectors(within[..., :3, :3] @ self.turned.T)
+            values = np.concatenate([values, turns], axis=-1)
+        return values[..., bounded]
 
     def inside(self, q: Array, share: float = 1.0) -> NDArray[np.bool_]:
         """Return (...) booleans: whether configurations (..., n) are inside that share of the tolerances."""
-        return np.abs(self.errors(q)).max(axis=-1) <= share
+        return np.abs(self.errors(q)).max(axis=-1, initial=0.0) <= share
 
     def project(self, q: Array) -> Array | None:
         """Return the configuration near (n,) q that is inside the region, or None."""
@@ -139,8 +157,8 @@ class BoundConstraint:
             rows, wrong = self._linear(q)
             if not len(wrong):
                 return q
-            gram = rows @ rows.T
-            step = rows.T @ np.linalg.solve(gram + 1e-6 * np.eye(len(gram)), wrong)
+            gram = rows @ rows.T + 1e-6 * np.eye(len(wrong))
+            step = rows.T @ (wrong / gram[0] if len(wrong) == 1 else np.linalg.solve(gram, wrong))
             length = float(np.abs(step).max())
             q = np.clip(q - step * min(1.0, 0.3 / max(length, 1e-12)), lower, upper)
         return None
@@ -148,27 +166,28 @@ class BoundConstraint:
     def _linear(self, q: Array) -> tuple[Array, Array]:
         """Return the (k, n) derivatives of what is outside, and by how much (k,) it is."""
         pose = forward_kinematics(self.robot.chain, q, self.link)
-        jac = jacobian(self.robot.chain, q, link=self.link)
-        rows, wrong = [], []
-        turn = self.frame[:3, :3]
-        within = inverse_pose(self.frame) @ pose
-        values = np.concatenate([within[:3, 3], _rotation_vectors(within[:3, :3] @ self.turned.T)])
-        both = np.concatenate([turn.T @ jac[:3], turn.T @ jac[3:]])
-        room = DEEPER * self.bound
-        for k in range(6):
-            beyond = abs(values[k]) - room[k]
-            if beyond > 0:
-                rows.append(both[k])
-                wrong.append(np.sign(values[k]) * beyond)
+        beyond = [
+            (int(k), float(np.copysign(abs(value) - DEEPER * self.bound[k], value)))
+            for k, value in zip(self._bounded, self._within(pose), strict=True)
+            if abs(value) > DEEPER * self.bound[k]
+        ]
+        angle, now = 0.0, np.zeros(3)
         if self.axis is not None:
             now = pose[:3, :3] @ self.axis
-            angle = float(np.arccos(np.clip(now @ self.up, -1.0, 1.0)))
-            if angle > DEEPER * self.tilt:
-                about = np.cross(self.up, now)
-                about /= max(float(np.linalg.norm(about)), 1e-12)
-                rows.append(about @ jac[3:])
-                wrong.append(angle - DEEPER * self.tilt)
-        return np.array(rows).reshape(len(wrong), len(q)), np.array(wrong)
+            angle = math.acos(min(max(float(now @ self.up), -1.0), 1.0))
+        tilted = angle > DEEPER * self.tilt
+        if not beyond and not tilted:
+            return np.zeros((0, len(q))), np.zeros(0)
+        jac = jacobian(self.robot.chain, q, link=self.link)
+        turn = self.frame[:3, :3]
+        rows = [turn[:, k % 3] @ (jac[:3] if k < 3 else jac[3:]) for k, _ in beyond]
+        wrong = [amount for _, amount in beyond]
+        if tilted:
+            (a, b, c), (x, y, z) = self.up, now
+            about = np.array((b * z - c * y, c * x - a * z, a * y - b * x))
+            rows.append(about @ jac[3:] / max(math.sqrt(about @ about), 1e-12))
+            wrong.append(angle - DEEPER * self.tilt)
+        return np.array(rows), np.array(wrong)
 
 
 def _three(values: ArrayLike) -> Array:
