@@ -11,10 +11,10 @@ repository is also imported as a package, without validation; meshes that a repo
 
 A row is `robot`, or why it is none: `part` (expands to no link), `argument` (an argument without default),
 `package` (a package that no folder given holds), `file` (a file that the repository lacks), `error`. The
-last lines count repositories in which a robot imports, and robots among the files whose packages and
-arguments are there. With `--xacro PYTHON`, an interpreter that has the package `xacro`, each robot is also
-expanded by ROS's own xacro, with a stand-in for ROS's index of packages, and compared: elements, attributes
-and texts, in order.
+last lines count repositories in which a robot imports, parts aside, and robots among the files whose
+packages and arguments are there. With `--xacro PYTHON`, an interpreter that has the package `xacro`, each
+robot is also expanded by ROS's own xacro, with a stand-in for ROS's index of packages, and compared:
+elements, attributes and texts, in order.
 """
 
 from __future__ import annotations
@@ -219,7 +219,7 @@ def _has_file(geometry: object) -> bool:
 
 def outcome_of(message: str) -> str:
     """Return why a file is no robot, by the message of its error."""
-    if "no link" in message.lower():
+    if re.search("no <?link", message.lower()):
         return "part"
     return next((name for name, words in NEEDS.items() if re.search(words, message)), "error")
 
@@ -265,7 +265,8 @@ def table(rows: list[dict[str, Any]], folders: Sequence[Path]) -> str:
         count = Counter(row["outcome"] for row in own)
         tried = [row for row in own if "imported" in row]
         passed = any(row["imported"] for row in tried) if tried else count["robot"] > 0
-        whole.append(passed)
+        if set(count) != {"part"}:
+            whole.append(passed)
         text = f"{sum(row['imported'] for row in tried)} of {len(tried)}" if tried else ""
         numbers = [count[name] for name in ("robot", "part", "argument", "package", "file", "error")]
         lines.append("| " + " | ".join(map(str, (folder.name, len(own), *numbers, text))) + " |")
