@@ -152,8 +152,27 @@ def test_gates_are_shown_with_their_curves_and_the_failed_ones_first():
 
 def test_the_page_needs_nothing_from_elsewhere():
     page = Page(import_page(robot_of(["base", "tip"]), {}, ()))
-    assert not [tag for tag, _ in page.tags if tag in ("script", "link", "iframe", "object")]
+    assert not [tag for tag, _ in page.tags if tag in ("script", "link", "object")]
     assert not [a for _, attributes in page.tags for a in attributes if a in ("href", "srcset")]
+
+
+def test_the_robot_moves_in_a_frame_that_reaches_nothing_else():
+    page = Page(import_page(robot_of([HOSTILE, "tip"], name=HOSTILE), {}, ()))
+    (frame,) = [attributes for tag, attributes in page.tags if tag == "iframe"]
+    assert "src" not in frame
+    assert frame["sandbox"] == "allow-scripts"  # not of this page's origin
+    inner = Page(frame["srcdoc"].split("<script", 1)[0])
+    assert not [a for _, attributes in inner.tags for a in attributes if a in ("src", "href", "srcset")]
+    assert "<img src=x" not in frame["srcdoc"] and "<script>alert" not in frame["srcdoc"]
+    for address in ("http://", "https://", "import("):
+        assert address not in frame["srcdoc"].replace("http://www.w3.org", "")
+    without = RobotModel(
+        name="bare",
+        description=RobotDescription(name="bare", links=(Link(name="bare"),), joints=()),
+        semantic=SemanticDescription(base_link="bare"),
+        planning=PlanningData(spheres={}, ignore={}),
+    )
+    assert "<iframe" not in import_page(without, {}, ())
 
 
 def test_facts_are_in_the_rows_of_their_links():

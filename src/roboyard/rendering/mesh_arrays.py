@@ -47,7 +47,7 @@ def mesh_arrays(mesh: TriangleMesh) -> MeshArrays:
 
 
 def unsorted_arrays(mesh: TriangleMesh) -> MeshArrays:
-    """Return `mesh_arrays` if they exist, else the same arrays with all faces in one run: quickly, not cached."""
+    """Return `mesh_arrays` if they exist, else the same arrays with all faces in one run, not cached."""
     arrays = _prepared.get(mesh)
     return _prepare(mesh, is_sorted=False) if arrays is None else arrays
 

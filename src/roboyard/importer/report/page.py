@@ -13,6 +13,7 @@ from roboyard.importer.report.parts import parts_section
 from roboyard.importer.report.pictures import KINDS, view_of_robot
 from roboyard.reports.html import badge, figure, page, plural, table
 from roboyard.reports.pictures import Kind, SceneView, view_of
+from roboyard.reports.robot_page import robot_page
 
 if TYPE_CHECKING:
     from roboyard.description.robot_model import RobotModel
@@ -60,6 +61,7 @@ fill:var(--dim)}
 border:1px solid var(--line);border-radius:.5rem;padding:.7rem .9rem}
 .link h3{margin:0 0 .3rem;overflow-wrap:anywhere}.link table{font-size:.92em;width:100%}
 .link td{padding:.1rem .5rem .1rem 0;border:0}.link td:first-child{color:var(--dim)}
+iframe.moving{width:100%;height:34rem;border:1px solid var(--line);border-radius:.5rem}
 @media(max-width:44rem){.link{grid-template-columns:1fr}}
 """
 
@@ -103,6 +105,7 @@ def import_page(
         _cards(robot, facts),
         *parts_section(robot),
         *_before_and_after(robot, source),
+        *_moving(robot),
         *_warnings(warnings),
         *conclusion_table(facts),
         *_gates(validation),
@@ -182,6 +185,18 @@ def _before_and_after(robot: RobotModel, source: UrdfElements | None) -> list[st
         if figures
     ]
     return ["<h2>The robot</h2>", f'<div class="sides">{"".join(shown)}</div>'] if shown else []
+
+
+def _moving(robot: RobotModel) -> list[str]:
+    """Return the robot with joints to move and layers to toggle, in a frame that can reach nothing else."""
+    if view_of_robot(robot, "visual").is_empty and view_of_robot(robot, "collision").is_empty:
+        return []
+    inner = escape(robot_page(robot.description, small=True), quote=True)
+    return [
+        "<h2>Move it</h2>",
+        f'<iframe title="The robot with its joints" class="moving" sandbox="allow-scripts" loading="lazy" '
+        f'srcdoc="{inner}"></iframe>',
+    ]
 
 
 def _portrait(view: SceneView) -> bytes:
