@@ -25,7 +25,7 @@ _XML_COMMENT = re.compile(r"<!--.*?-->", re.S)
 _XACRO = re.compile(r"[^\s'\"]*\.xacro\b")
 _FIND = re.compile(r"\$\(find\s+(\S+?)\)")
 _ANY = "\1"
-"""Stands for a launch argument in a file's name."""
+"""Represents a launch argument in a file's name."""
 _WILD = re.compile(r"\$\((?:arg|var)\s+\w+\)")
 _XML_ARG = re.compile(r"<arg\b([^>]*)>", re.S)
 _ATTRIBUTE = re.compile(r"(\w+)\s*=\s*(?:\"([^\"]*)\"|'([^']*)')")
