@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from roboyard.description import load_description
 from roboyard.description.model import Box, Collision, Pose
-from roboyard.robots import REGISTERED_ROBOTS, Robot, add_robot
+from roboyard.robots import REGISTERED_ROBOTS, Robot, add_robot, parse_definition
 from roboyard.robots.stability.wheels import extent_along
 from roboyard.sim import World
 
@@ -131,3 +132,45 @@ def test_set_pose_moves_the_whole_robot(rover: Robot) -> None:
     v, _ = drive(rover, (0.4, 0.0), 1.0)
     assert v > 0.3
     assert rover.position[0] < 1.75
+
+
+def test_swivels_of_casters_come_to_rest_on_a_robot_that_leans() -> None:
+    """The swivel's axis leans by 2 mrad; its wheel, which slides, would turn it without end."""
+    part = (
+        '<link name="{n}"><inertial><mass value="{m}"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0"'
+        ' izz="0.02"/></inertial>{shape}</link>'
+    )
+    ball = '<collision><geometry><sphere radius="{}"/></geometry></collision>'
+    joint = (
+        '<joint name="j{n}" type="continuous"><parent link="{p}"/><child link="{n}"/>'
+        '<origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{axis}"/></joint>'
+    )
+    text = part.format(n="b", m=20, shape="")
+    for n, xyz, axis in (("l", "0 0.2 0.1", "0 1 0"), ("r", "0 -0.2 0.1", "0 1 0")):
+        text += part.format(n=n, m=1, shape=ball.format(0.1))
+        text += joint.format(n=n, p="b", xyz=xyz, rpy="0 0 0", axis=axis)
+    for n, x in (("f", 0.2), ("k", -0.2)):
+        text += part.format(n=n, m=0.05, shape="") + part.format(n=f"{n}w", m=0.05, shape=ball.format(0.03))
+        text += joint.format(n=n, p="b", xyz=f"{x} 0 0.08", rpy="0.002 0 0", axis="0 0 1")
+        text += joint.format(n=f"{n}w", p=n, xyz="-0.02 0 -0.05", rpy="0 0 0", axis="0 1 0")
+    given = parse_definition(
+        {
+            "raw_controller_order": ["base"],
+            "default_controllers": {"base": "DifferentialDriveController"},
+            "two_wheel": {"wheel_radius": 0.1, "wheel_axle_length": 0.4},
+            "locomotion": {
+                "base_joint_names": ["jl", "jr"],
+                "floor_touching_base_link_names": ["l", "r", "fw", "kw"],
+            },
+        }
+    )
+    world = World()
+    world.add_plane()
+    robot = add_robot(world, load_description(f'<robot name="leaning">{text}</robot>'), definition=given)
+    world.step(240)
+    before = robot.joint_positions
+    world.step(240)
+    np.testing.assert_allclose(robot.joint_positions, before, atol=2e-3)
+    friction = {j.name: j.friction for j in robot.description.joints}
+    assert friction["jf"] == pytest.approx(1e-3 * 9.81 * 22.2 / 4)
+    assert friction["jl"] == 0.0

@@ -7,6 +7,7 @@ import numpy as np
 from roboyard.description import load_description
 from roboyard.robots import parse_definition
 from roboyard.robots.definition.schema import RobotDefinition
+from roboyard.validation.gates.drive import unloaded_wheels
 from roboyard.validation.gates.ik_reach import hindrance
 from roboyard.validation.gates.response import response_gates
 from roboyard.validation.test_world import TestWorld as ValidationWorld
@@ -103,3 +104,40 @@ def test_a_drive_that_gives_way_is_named() -> None:
     _, isolation = response_gates(ValidationWorld(name="turret", source=described, definition=given))
     assert not isolation.passed
     assert "the drive of 'jl1' is at its effort limit of 0.02" in " ".join(isolation.findings)
+
+
+def test_wheels_that_hang_on_slides_without_springs_are_named() -> None:
+    """Casters of 5 cm carry a body of 20 kg; the wheels press with their own 1 kg only."""
+    part = (
+        '<link name="{n}"><inertial><mass value="{m}"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0"'
+        ' izz="0.1"/></inertial>{shape}</link>'
+    )
+    ball = '<collision><origin xyz="{}"/><geometry><sphere radius="{}"/></geometry></collision>'
+    slide = '<limit lower="-0.005" upper="0.005" effort="0" velocity="1"/>'
+    joint = (
+        '<joint name="j{n}" type="{t}"><parent link="{p}"/><child link="{n}"/><origin xyz="{xyz}"/>'
+        '<axis xyz="{axis}"/>{limit}</joint>'
+    )
+    feet = "".join(ball.format(f"{x} {y} 0.05", 0.05) for x in (0.2, -0.2) for y in (0.15, -0.15))
+    text = part.format(n="base", m=20, shape=feet)
+    for side, y in (("l", 0.2), ("r", -0.2)):
+        text += part.format(n=f"s{side}", m=0.1, shape="")
+        text += part.format(n=side, m=0.9, shape=ball.format("0 0 0", 0.1))
+        place = f"0 {y} 0.1"
+        text += joint.format(n=f"s{side}", t="prismatic", p="base", xyz=place, axis="0 0 1", limit=slide)
+        text += joint.format(n=side, t="continuous", p=f"s{side}", xyz="0 0 0", axis="0 1 0", limit="")
+    given = parse_definition(
+        {
+            "raw_controller_order": ["base"],
+            "default_controllers": {"base": "DifferentialDriveController"},
+            "two_wheel": {"wheel_radius": 0.1, "wheel_axle_length": 0.4},
+            "locomotion": {
+                "base_joint_names": ["jl", "jr"],
+                "floor_touching_base_link_names": ["l", "r", "base"],
+            },
+        }
+    )
+    described = load_description(f'<robot name="suspended">{text}</robot>')
+    (found,) = unloaded_wheels(ValidationWorld(name="s", source=described, definition=given).robot())
+    assert "of 216 N" in found  # 22 kg
+    assert "suspensions (jsl, jsr) have no spring" in found

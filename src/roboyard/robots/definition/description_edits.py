@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from roboyard.description.model import Collision, Link, Mesh, Pose, RobotDescription, Sphere
+from roboyard.description.model import Collision, Joint, Link, Mesh, Pose, RobotDescription, Sphere
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.stability.ground_clearance import links_below_floor, trim
 from roboyard.robots.stability.wheels import Wheel, as_sphere, driven_wheels, mesh_points
+
+SWIVEL_FRICTION = 1e-3
+"""Dry friction of a caster's joints as a multiple of the load (m): bearings and the floor below the wheel."""
+GRAVITY = 9.81
 
 
 def edit_description(definition: RobotDefinition, description: RobotDescription) -> RobotDescription:
@@ -28,7 +32,31 @@ def edit_description(definition: RobotDefinition, description: RobotDescription)
     driven = driven_wheels(definition, description)
     if driven:
         links = _with_round_wheels(links, definition, description, driven)
-    return replace(description, links=links)
+    joints = tuple(_with_swivel_friction(definition, description))
+    return replace(description, links=links, joints=joints)
+
+
+def _with_swivel_friction(definition: RobotDefinition, description: RobotDescription) -> Iterator[Joint]:
+    """Yield the joints; those of casters that have no dry friction get some.
+
+    The wheels of casters slide without friction (see `roboyard.robots.body_setup`), so that nothing else
+    stops their swivels on a robot that leans by the least angle.
+    """
+    block = definition.locomotion
+    floor = block.floor_touching_base_link_names if block is not None else ()
+    wheels = {*block.base_joint_names} if block is not None else set()
+    swivels = set[str]()
+    for link in floor if definition.two_wheel is not None else ():
+        above = []
+        while (joint := description.parent_joint.get(link)) is not None and joint.name not in wheels:
+            above += [joint.name] if joint.type == "continuous" and joint.mimic is None else []
+            link = joint.parent
+        swivels |= set(above) if joint is None else set()
+    mass = sum(link.inertial.mass for link in description.links if link.inertial is not None)
+    friction = SWIVEL_FRICTION * GRAVITY * mass / max(len(floor), 1)
+    for joint in description.joints:
+        loose = joint.name in swivels and joint.friction == 0.0
+        yield replace(joint, friction=friction) if loose else joint
 
 
 def _with_round_wheels(

@@ -22,6 +22,8 @@ from roboyard.validation.test_world import TestWorld, advance, zero_action
 
 SPEED, TURN = 0.3, 0.8
 """Commanded speeds (m/s, rad/s), at most half of the highest speeds of the base."""
+LEAST_LOAD = 0.2
+"""Share of the weight on driven wheels below which they are named."""
 START_SECONDS, MEASURED_SECONDS = 1.0, 1.0
 """Durations of acceleration and of the measurement (s)."""
 MAX_ERROR = 0.02
@@ -92,6 +94,8 @@ def drive_gates(test_world: TestWorld) -> tuple[Gate, ...]:
         for twist, velocity, error in zip(twists, measured, errors, strict=True)
         if not error.max() <= MAX_ERROR
     ]
+    if findings:
+        findings += unloaded_wheels(robot)
     return (
         Gate(
             name="drive",
@@ -112,6 +116,29 @@ def drive_gates(test_world: TestWorld) -> tuple[Gate, ...]:
             ),
         ),
     )
+
+
+def unloaded_wheels(robot: Robot) -> list[str]:
+    """Return a finding about driven wheels that carry next to nothing; their tyres slip."""
+    robot.reset()
+    advance(robot, START_SECONDS, robot.no_op_action())
+    wheels = {robot.joint(name).child.name for name in robot.groups["base"].joints}
+    loads: dict[bool, float] = {True: 0.0, False: 0.0}
+    for contact in robot.world.contacts(robot.body):
+        if contact.body_a is not contact.body_b:
+            link = contact.link_a if contact.body_a is robot.body else contact.link_b
+            loads[link.name in wheels] += contact.normal_force
+    total = loads[True] + loads[False]
+    if total <= 0.0 or loads[True] > LEAST_LOAD * total:
+        return []
+    slides = [
+        joint.name
+        for name in wheels
+        if (joint := robot.description.parent_joint.get(robot.description.parent_joint[name].parent))
+        and joint.type == "prismatic"
+    ]
+    why = f"; their suspensions ({', '.join(sorted(slides))}) have no spring in the file" if slides else ""
+    return [f"the driven wheels carry {loads[True]:.0f} N of {total:.0f} N, so that they slip{why}"]
 
 
 def _rolling_joints(robot: Robot) -> dict[str, float]:
