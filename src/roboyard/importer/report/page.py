@@ -189,7 +189,7 @@ def _before_and_after(robot: RobotModel, source: UrdfElements | None) -> list[st
 
 def _moving(robot: RobotModel) -> list[str]:
     """Return the robot with joints to move and layers to toggle, in a frame that can reach nothing else."""
-    if view_of_robot(robot, "visual").is_empty and view_of_robot(robot, "collision").is_empty:
+    if all(view_of_robot(robot, kind).is_empty for kind in KINDS[:2]):
         return []
     inner = escape(robot_page(robot.description, small=True), quote=True)
     return [

@@ -272,6 +272,7 @@ class Inspector:
     def tick(self, elapsed: float) -> None:
         """Execute the page's requests, then simulate `elapsed` seconds unless paused."""
         if self._requests.execute_all():
+            self.panels.history.note()
             self._after_motion()
         if self.is_playing:
             passed = LONGEST_CATCH_UP if self.speed is None else self.speed * elapsed

@@ -38,7 +38,7 @@ class SphereLayer:
         with self._viewer.server.atomic():
             for node in self.nodes.values():
                 node.visible = on
-            for link in self._body.links if on else ():
+            for link in self._body.links if on else ():  # also those without spheres now
                 self.draw(link.name)
 
     def clear(self) -> None:

@@ -12,6 +12,7 @@ from roboyard.sim import World
 from roboyard.sim.body import Body
 from roboyard.viewer.inspector.checks import CheckContext
 from roboyard.viewer.inspector.edits.edit_state import EditState
+from roboyard.viewer.inspector.edits.history import History
 from roboyard.viewer.inspector.layers.gizmo import Gizmo
 from roboyard.viewer.inspector.layers.overlays import PARTS, Overlays
 from roboyard.viewer.inspector.overlaps import overlaps
@@ -99,6 +100,7 @@ class Panels:
             with gui.add_folder(f"Findings in the file ({len(audit.findings)})"):
                 gui.add_markdown(findings_text(audit))
         with self._tabs.add_tab("Edit"):
+            self.undo_buttons = gui.add_button_group("edits", ("Undo", "Redo"))
             with gui.add_folder("Save"):
                 self.save = SavePanel(gui, source, edits, do, reload)
             with gui.add_folder("Sensors"):
@@ -112,6 +114,10 @@ class Panels:
             with gui.add_folder("Pairs", expand_by_default=False):
                 self.pairs = PairPanel(gui, body, edits, do, viewer.highlight, lambda: overlaps(body))
         self.wiggle_button.on_click(lambda _: do(wiggle))
+        self.history = History(edits)
+        self.undo_buttons.on_click(
+            lambda event: do(lambda undone=event.target.value == "Undo": self.restore(undo=undone))
+        )
 
     def _add_switch(self, label: str, on: bool, switch: Callable[[bool], None]) -> None:
         box = self.switches[label] = self._viewer.server.gui.add_checkbox(label, on)
@@ -140,6 +146,17 @@ class Panels:
 
     def _pick_sphere(self, link: str, index: int) -> None:
         self._do(lambda: self.spheres.pick(link, index))
+
+    def restore(self, *, undo: bool) -> None:
+        """Undo the last step of the edits, or redo the last undone one; nothing without one."""
+        sensors = self.edits.sensors
+        index = next((k for k, one in enumerate(sensors) if one is self.sensors.picked), 0)
+        if not (self.history.undo() if undo else self.history.redo()):
+            return
+        self.overlays.sensors.picked = sensors[min(index, len(sensors) - 1)] if sensors else None
+        self.sensors.refresh()
+        self.spheres.refresh()
+        self.pairs.refresh()
 
     def context(self) -> CheckContext:
         """Return the robot's current state for the checks."""

@@ -95,6 +95,14 @@ class SpherePanel:
         self._show_handle()
         self._count()
 
+    def refresh(self) -> None:
+        """Show the spheres again after any of them changed."""
+        spheres = self._spheres()
+        self.pick(
+            self.link, min(self._index or 0, len(spheres) - 1) if spheres and self._layer.is_on else None
+        )
+        self._layer.show(self._layer.is_on)
+
     def _chosen(self) -> None:
         value = str(self.sphere_choice.value)
         self.pick(self.link, int(value) - 1 if value.isdecimal() else None)
