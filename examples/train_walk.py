@@ -1,12 +1,12 @@
 """Train a quadruped to walk at 0.5 m/s, in under five minutes of CPU time; needs "roboyard[learn]".
 
-python examples/train_walk.py [POLICY.json [CURVE.png [FILM.gif]]]      the policy, its learning curve, a film
-roboyard drive --policy POLICY.json                                     shows what it learned
+python examples/train_walk.py [--seed 0] [POLICY.json [CURVE.png [FILM.gif]]]   policy, learning curve, film
+roboyard drive --policy POLICY.json                                             shows what it learned
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 from pathlib import Path
 from typing import Any
@@ -68,11 +68,17 @@ def main(seed: int = 0, steps: int = STEPS) -> tuple[Policy, list[tuple[float, f
 
 
 if __name__ == "__main__":
-    trained, curve = main()
-    for path, write in zip(sys.argv[1:], ("policy", "curve", "film"), strict=False):
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("files", nargs="*", help="of the policy, the curve and the film")
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args()
+    trained, curve = main(given.seed)
+    for path, write in zip(given.files, ("policy", "curve", "film"), strict=False):
         if write == "policy":
             trained.save(path)
         elif write == "curve":
-            plot_learning(Path(path), {"walker": curve}, "speed of the slowest of 32 (m/s)", goal=0.5)
+            plot_learning(
+                Path(path), {f"seed {given.seed}": curve}, "speed of the slowest of 32 (m/s)", goal=0.5
+            )
         else:
             film(path, trained)

@@ -10,6 +10,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from gymnasium.wrappers import RecordVideo, RenderCollection
 
 import roboyard.envs as envs
 from roboyard.errors import ConfigError, RoboyardError
@@ -109,3 +110,25 @@ def test_pictures_are_observed_by_modality() -> None:
     for name in pictures:
         assert observation[name].std() > 1
         assert np.isfinite(observation[name.replace("rgb", "depth")]).any()
+
+
+def test_gymnasium_records_films(tmp_path: Any) -> None:
+    pytest.importorskip("moviepy")
+    env = gymnasium.make("roboyard/Reach-v0", render_mode="rgb_array", limit=3)
+    filmed = RecordVideo(env, str(tmp_path))
+    filmed.reset(seed=0)
+    for _ in range(3):
+        filmed.step(np.zeros(7, dtype=np.float32))
+    filmed.close()
+    assert next(tmp_path.glob("*.mp4")).stat().st_size > 1000
+
+
+def test_pictures_for_films_change_with_the_robot() -> None:
+    env = RenderCollection(gymnasium.make("roboyard/Reach-v0", render_mode="rgb_array"), pop_frames=False)
+    env.reset(seed=0)
+    for _ in range(6):
+        env.step(np.full(7, 1.0, dtype=np.float32))
+    frames: Any = env.render()
+    assert len(frames) == 7 and frames[0].dtype == np.uint8 and frames[0].shape[2] == 3
+    assert (frames[0] != frames[-1]).any()
+    env.close()

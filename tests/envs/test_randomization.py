@@ -112,3 +112,26 @@ def test_ranges_that_make_no_sense_are_errors(make_arm_task: Any) -> None:
             envs.BatchEnv(make_arm_task(randomize=[declared]), 1)
     with pytest.raises(ConfigError, match="fixed"):
         envs.BatchEnv(make_arm_task(randomize=[envs.Pose("robot")]), 1)
+
+
+def test_drives_push_by_their_own_gains(make_arm_task: Any) -> None:
+    change = envs.Gains(stiffness=(0.4, 2.5), damping=(0.5, 2.0))
+    task = make_arm_task(actions={"arm_0": envs.JointTarget(0.005)}, randomize=[change])
+    env = envs.BatchEnv(task, N)
+    env.reset(seed=0)
+    physics, robot = env.runner.physics, env.runner.env.robot
+    kp, kd = robot.robot.loop.gains(np.ones(7, dtype=bool))
+    force, bias = physics.field("qfrc_actuator"), physics.field("qfrc_bias")
+
+    def effort(command: float, speed: float) -> np.ndarray:
+        physics.field("qvel")[:] = speed
+        physics.forward()
+        env.runner.actions.apply(np.full((N, 7), command))
+        physics.batch.forward()
+        return (force - bias)[:, robot.dofs]
+
+    stiffness = effort(1.0, 0.0) / (0.005 * kp)
+    damping = (effort(0.0, 0.0) - effort(0.0, 0.01)) / (0.01 * kd)
+    for factor, (low, high) in ((stiffness, change.stiffness), (damping, change.damping)):
+        np.testing.assert_allclose(factor, factor[:, :1].repeat(7, axis=1), rtol=1e-3)  # one for all joints
+        assert low - 1e-3 <= factor.min() < low + 0.3 and high - 0.3 < factor.max() <= high + 1e-3
