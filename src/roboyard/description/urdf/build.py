@@ -60,7 +60,7 @@ def build_description(
 
 
 def _refuse_xacro(root: ET.Element, elements: UrdfElements) -> list[ET.Element]:
-    """Return the unexpanded macros that stand for the colours of visual shapes.
+    """Return the unexpanded macros of the colours of visual shapes.
 
     Raises:
         DescriptionError: there is another xacro element.
