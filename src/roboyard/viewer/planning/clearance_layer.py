@@ -54,6 +54,6 @@ class ClearanceLayer:
 
 
 def nearest_links(found: Clearance, count: int = 3) -> Sequence[tuple[str, float]]:
-    """Return the links nearest to an obstacle, with their distances (m); those out of reach are left out."""
+    """Return the links nearest to an obstacle, with their distances (m); those out of reach are omitted."""
     order = np.argsort(found.gaps)[:count]
     return [(found.links[k], float(found.gaps[k])) for k in order if found.gaps[k] < found.reach]

@@ -173,7 +173,7 @@ class PlanningPage:
 
     @property
     def goal(self) -> PoseGoal:
-        """What the handle asks for, in the world frame."""
+        """Pose of the handle in the world frame; its orientation counts where the box is ticked."""
         turn = from_wxyz(self.handle.wxyz) if self.turn_box.value else None
         return PoseGoal(link=self.link, position=np.asarray(self.handle.position), quaternion=turn)
 
