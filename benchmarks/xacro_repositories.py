@@ -149,7 +149,7 @@ def _compared(file: Path, packages: dict[str, Path], arguments: dict[str, str], 
 
 def _launch_arguments(notes: Sequence[str]) -> dict[str, str]:
     """Return the arguments that were taken from a launch file, as the note says."""
-    return dict(pair for note in notes for pair in re.findall(r"(\w+):=(\S*)", note) if "launch" in note)
+    return dict(pair for note in notes for pair in re.findall(r"(\w+):=([^\s;]*)", note) if "launch" in note)
 
 
 def _flat(root: ET.Element, folders: dict[str, str]) -> list[tuple[Any, ...]]:
@@ -163,8 +163,15 @@ def _flat(root: ET.Element, folders: dict[str, str]) -> list[tuple[Any, ...]]:
             text = text.replace(f"{folder}/", f"package://{name}/")
         return re.sub(r"(?<=\w)/+", "/", text.replace("file://package://", "package://")).strip()
 
+    def local(name: str) -> str:
+        return name.rpartition("}")[2].rpartition(":")[2]
+
     return [
-        (each.tag, sorted((key, plain(value)) for key, value in each.items()), plain(each.text or ""))
+        (
+            local(each.tag),
+            sorted((local(key), plain(value)) for key, value in each.items() if not key.startswith("xmlns")),
+            plain(each.text or ""),
+        )
         for each in root.iter()
         if isinstance(each.tag, str)
     ]
