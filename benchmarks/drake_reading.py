@@ -55,8 +55,9 @@ def main() -> None:
         joint = plant.get_joint(index)
         name, start = local_name(plant, joint.model_instance(), joint.name(), own), joint.position_start()
         ends = {1: ("",), 2: ("", "_axis2")}.get(joint.num_positions(), ())
-        for number, end in enumerate(ends):
-            positions[start + number] = question["q"].get(f"{name}{end}", 0.0)
+        for number, end in enumerate(ends):  # a joint counts to the model of its child in Drake
+            own_name = question["q"].get(f"{joint.name()}{end}", 0.0)
+            positions[start + number] = question["q"].get(f"{name}{end}", own_name)
     plant.SetPositions(context, positions)
     answer = {}
     for number in range(1, plant.num_bodies()):
