@@ -67,6 +67,7 @@ class PlanningPage:
             MissingExtraError: viser is not installed.
         """
         self.planner, self.robot = planner, planner.robot
+        self._first_posture = self.robot.joint_positions.copy()
         self.link = link or (goal.link if goal is not None else planner.tool)
         body_link = self.robot.body.link(self.link)
         self._now = planner.planner()
@@ -202,8 +203,8 @@ class PlanningPage:
         self._start_here()
 
     def reset(self) -> None:
-        """Move the robot back to its rest posture."""
-        self.robot.reset()
+        """Move the robot back to where it was when the page opened."""
+        self.robot.joint_positions = self._first_posture
         self.rest()
 
     def _start_here(self) -> None:
