@@ -103,6 +103,11 @@ def locomotion(
         gap = velocity(env)[:, :2] - wanted(env)[:, :2]
         return (gap * gap).sum(axis=1)
 
+    def near_speed(env: EnvArrays) -> Array:
+        """(n,) how near the velocity is to the wanted one, 0 to 1: a wide slope leads there from rest."""
+        error = speed_error(env)
+        return 0.5 * (np.exp(-error / 0.06) + np.exp(-error / 0.25))
+
     def turn_error(env: EnvArrays) -> Array:
         return (turning(env)[:, 2] - wanted(env)[:, 2]) ** 2
 
@@ -147,7 +152,7 @@ def locomotion(
             },
         },
         rewards={
-            "speed": Reward(function=lambda env: np.exp(-speed_error(env) / 0.06), weight=1.0),
+            "speed": Reward(function=near_speed, weight=1.0),
             "turn": Reward(function=lambda env: np.exp(-turn_error(env) / 0.15), weight=0.4),
             "gait": Reward(function=gait, weight=0.5),
             "level": Reward(function=tilt, weight=-2.0),
