@@ -251,6 +251,16 @@ def _goal(file: Path, goal: Any, where: str, count: int) -> Goal:
 
 
 def quaternion(file: Path, data: Any, where: str) -> tuple[float, float, float, float]:
+    """Return the quaternion (x, y, z, w) under that key, of length 1.
+
+    Args:
+        file: file that holds it, for messages.
+        data: object with the key.
+        where: place of the object in the file.
+
+    Raises:
+        ConfigError: it is no list of four numbers, or its length is zero.
+    """
     values = numbers(file, data, "quaternion", where, 4)
     if not np.linalg.norm(values) > 1e-9:
         raise ConfigError(f"{file.name}: {where}: quaternion is {values}; its length must not be zero")
