@@ -1,4 +1,4 @@
-"""Train a quadruped to walk at 0.5 m/s, in under five minutes of CPU time; needs "roboyard[learn]".
+"""Train a quadruped to walk at 0.5 m/s, in about five minutes of CPU time; needs "roboyard[learn]".
 
 python examples/train_walk.py [--seed 0] [POLICY.json [CURVE.png [FILM.gif]]]   policy, learning curve, film
 roboyard drive --policy POLICY.json                                             shows what it learned
@@ -20,7 +20,7 @@ from roboyard.envs.play import film
 from roboyard.envs.plots import plot_learning
 from roboyard.envs.stable_baselines import StableBaselinesEnv, policy_of
 
-TASK, ENVS, STEPS = "roboyard/Locomotion-v0", 256, 1_700_000
+TASK, ENVS, STEPS, SPEED = "roboyard/Locomotion-v0", 256, 1_700_000, "speed of the slowest of 32 (m/s)"
 
 
 def walk(policy: Policy) -> dict[str, float]:
@@ -68,17 +68,11 @@ def main(seed: int = 0, steps: int = STEPS) -> tuple[Policy, list[tuple[float, f
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser()
     parser.add_argument("files", nargs="*", help="of the policy, the curve and the film")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
     trained, curve = main(given.seed)
-    for path, write in zip(given.files, ("policy", "curve", "film"), strict=False):
-        if write == "policy":
-            trained.save(path)
-        elif write == "curve":
-            plot_learning(
-                Path(path), {f"seed {given.seed}": curve}, "speed of the slowest of 32 (m/s)", goal=0.5
-            )
-        else:
-            film(path, trained)
+    writers = [trained.save, lambda path: plot_learning(Path(path), {"walker": curve}, SPEED, goal=0.5)]
+    for path, write in zip(given.files, [*writers, lambda path: film(path, trained)], strict=False):
+        write(path)

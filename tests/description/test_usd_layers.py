@@ -9,6 +9,8 @@ import pytest
 
 pytest.importorskip("pxr")
 
+from pxr import Usd  # pyright: ignore[reportMissingImports]
+
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.files.usd_layers import check_layers
 from roboyard.errors import DescriptionError
@@ -83,3 +85,18 @@ def test_value_clips_and_computed_names_are_refused(stage: Path) -> None:
     stage.write_text(usda(clips))
     with pytest.raises(DescriptionError, match="clips"):
         check_layers(stage)
+
+
+def test_a_stage_that_changed_while_another_holds_it_is_read_anew(stage: Path) -> None:
+    stage.write_text(usda(prim("references", "./part.usda")))
+    held = Usd.Stage.Open(str(stage))
+    os.utime(stage, (1, 1))
+    stage.write_text(usda(prim("references", "../private/secret.usda")))
+    with pytest.raises(DescriptionError, match=r"secret\.usda"):
+        load_scene(stage)
+    allowed = Resolver.of_file(stage, search_paths=[stage.parents[1]])
+    assert [file.name for file in check_layers(stage, allowed)] == ["stage.usda", "secret.usda"]
+    part = prim("references", "./part.usda")
+    stage.write_text(usda(part + "\n" + part.replace('"x"', '"y"')))
+    assert len(load_scene(stage).bodies) == 2
+    assert held

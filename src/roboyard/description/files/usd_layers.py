@@ -51,7 +51,8 @@ def check_layers(path: Path, resolver: Resolver | None = None) -> tuple[Path, ..
         if len(found) > MAX_LAYERS:
             raise DescriptionError(f"more than {MAX_LAYERS} layers; flatten the stage", file=path)
         try:
-            layer = Sdf.Layer.FindOrOpen(str(file))
+            is_known = Sdf.Layer.Find(str(file)) is not None  # perhaps as it was before the file changed
+            layer = (Sdf.Layer.OpenAsAnonymous if is_known else Sdf.Layer.FindOrOpen)(str(file))
         except Tf.ErrorException as error:
             raise DescriptionError(f"OpenUSD cannot read it: {reason_of(error)}", file=file) from None
         if layer is None:

@@ -60,6 +60,7 @@ def open_stage(
     check_layers(file, resolver)
     try:
         stage = Usd.Stage.Open(str(file))
+        stage.Reload()  # layers that OpenUSD still holds, and whose files have changed
     except Tf.ErrorException as error:
         raise DescriptionError(f"OpenUSD cannot read it: {reason_of(error)}", file=file) from None
     errors = [" ".join(str(each).split())[:300] for each in stage.GetCompositionErrors()]
