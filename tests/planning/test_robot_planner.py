@@ -103,3 +103,39 @@ def test_a_pose_in_the_world_frame_is_reached(robot: Robot) -> None:
     q = plan.path[-1]
     frame = made.obstacles.root @ forward_kinematics(made.robot.chain, q, "left_eef_link")
     np.testing.assert_allclose(frame[:3, 3], np.add(position, (0.0, 0.05, 0.05)), atol=2e-4)
+
+
+def test_another_robot_is_an_obstacle_that_moves(robot: Robot) -> None:
+    world, begin = robot.world, robot.joint_positions
+    planner = planner_for(robot, "left")
+    goal = planner.start()
+    hand = np.asarray(robot.arms["left"].pose[0])
+    yaw = 0.4 + np.pi  # it faces the robot, 3 m before it
+    away = np.array([0.1, 0.2, 0.0]) + 3.0 * np.array([np.cos(0.4), np.sin(0.4), 0.0])
+    other = add_robot(
+        world, "r1", position=away, orientation=(0, 0, np.sin(yaw / 2), np.cos(yaw / 2)), name="visitor"
+    )
+    try:
+        assert planner.plan(goal).solved
+        before = planner.planner().obstacles
+        reach = np.asarray(other.arms["left"].pose[0])
+        turned = (0, 0, np.sin(yaw / 2), np.cos(yaw / 2))
+        other.body.set_pose(away + hand - reach - 0.1 * (away - hand) / 3.0, turned)  # its hand in ours
+        plan = planner.plan(goal)
+        world.detect_contacts()
+        assert any(contact.distance < 0 for contact in world.contacts(robot.body, other.body))
+        assert plan.outcome == "start in collision"
+        assert "visitor" in plan.reason
+        assert planner.planner().obstacles is before  # moved in place
+        rows = [k for k, name in enumerate(other.joint_names) if name.startswith("left_arm")]
+        raised = other.joint_positions
+        raised[rows] = 0.0
+        other.joint_positions = raised
+        moved = planner.plan(goal)
+        world.detect_contacts()
+        touching = [c for c in world.contacts(robot.body, other.body) if c.distance < 0]
+        assert moved.solved == (not touching), moved.reason
+        assert moved.solved
+    finally:
+        world.remove(other.body)
+        robot.joint_positions = begin

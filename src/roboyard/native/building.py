@@ -18,27 +18,32 @@ FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
 """LLVM's freedoms that keep infinite and undefined numbers as they are."""
 
 
-_made: dict[tuple[FunctionType, bool, bool], Any] = {}
+_made: dict[tuple[FunctionType, bool, bool, bool], Any] = {}
 """Source and options to numba's function, which several loops may call."""
 
 
-def jit(function: FunctionType, *, fast_math: bool = False, no_nan: bool = False) -> Any:
+def jit(
+    function: FunctionType, *, fast_math: bool = False, no_nan: bool = False, is_part: bool = False
+) -> Any:
     """Return a Python function compiled by numba, with the functions of its package that it calls.
 
     Args:
         function: its Python source.
         fast_math: whether LLVM may change the order of sums and products; see `FAST_MATH`.
         no_nan: whether LLVM may assume that no number is undefined.
+        is_part: whether it becomes part of those that call it. A call would copy nine words for each array
+            that is passed, a hundred and more for a record of arrays.
     """
-    key = function, fast_math, no_nan
+    key = function, fast_math, no_nan, is_part
     if key not in _made:
         names = dict(function.__globals__)
         for name, source in called_functions(function):
-            names[name] = jit(source, fast_math=fast_math, no_nan=no_nan)
+            names[name] = jit(source, fast_math=fast_math, no_nan=no_nan, is_part=True)
         copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
         freedoms = (FAST_MATH if fast_math else set()) | ({"nnan"} if no_nan else set())
         # Arrays that are passed have no owner here, and none are created: references are not counted.
         options: dict[str, Any] = {"error_model": "numpy", "fastmath": freedoms or False, "_nrt": False}
+        options["forceinline"] = is_part
         _made[key] = njit(**options)(copy)
     return _made[key]
 

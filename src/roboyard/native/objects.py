@@ -22,8 +22,8 @@ from roboyard.native.memory import images_can_be_loaded, load_image
 from roboyard.native.processor import processor
 from roboyard.native.signatures import Signature
 
-_LAYOUT = 7
-"""Increased whenever the way in which arguments are passed changes."""
+_LAYOUT = 8
+"""Increased whenever arguments are passed, or loops compiled, in another way."""
 _DIGEST = 32
 """Bytes of the hash before the machine code: LLVM ends the process at damaged code."""
 _DATA, _SHAPE, _STRIDES = 2, 4, 5

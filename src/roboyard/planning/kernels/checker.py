@@ -39,18 +39,21 @@ def place_spheres(robot, l, work):
         return
     work.fresh[l] = 1
     i, frames = robot.node[l], work.frames
+    if i < 0:
+        for s in range(robot.start[l], robot.start[l + 1]):
+            for r in range(3):
+                work.placed[s, r] = robot.spheres[s, r]
+        return
+    # Read the frame once: a compiler cannot know that writing `placed` leaves it as it is.
+    px, py, pz = frames[i, 0], frames[i, 1], frames[i, 2]
+    xx, xy, xz = frames[i, 3], frames[i, 4], frames[i, 5]
+    yx, yy, yz = frames[i, 6], frames[i, 7], frames[i, 8]
+    zx, zy, zz = frames[i, 9], frames[i, 10], frames[i, 11]
     for s in range(robot.start[l], robot.start[l + 1]):
         x, y, z = robot.spheres[s, 0], robot.spheres[s, 1], robot.spheres[s, 2]
-        if i >= 0:
-            for r in range(3):
-                work.placed[s, r] = (
-                    frames[i, r]
-                    + frames[i, 3 + 3 * r] * x
-                    + frames[i, 4 + 3 * r] * y
-                    + frames[i, 5 + 3 * r] * z
-                )
-        else:
-            work.placed[s, 0], work.placed[s, 1], work.placed[s, 2] = x, y, z
+        work.placed[s, 0] = px + xx * x + xy * y + xz * z
+        work.placed[s, 1] = py + yx * x + yy * y + yz * z
+        work.placed[s, 2] = pz + zx * x + zy * y + zz * z
 
 
 def link_gap(robot, world, l, reach, margin, work):
@@ -104,7 +107,6 @@ def pair_gap(robot, p, reach, margin, work):
     if dx * dx + dy * dy + dz * dz >= far * far:
         return reach
     place_spheres(robot, a, work)
-    place_spheres(robot, b, work)
     x, y, z = work.centers[b, 0], work.centers[b, 1], work.centers[b, 2]
     least = reach
     for s in range(robot.start[a], robot.start[a + 1]):
@@ -113,6 +115,7 @@ def pair_gap(robot, p, reach, margin, work):
         far = own + robot.around[b, 3] + least
         if (sx - x) ** 2 + (sy - y) ** 2 + (sz - z) ** 2 >= far * far:
             continue
+        place_spheres(robot, b, work)
         for t in range(robot.start[b], robot.start[b + 1]):
             dx, dy, dz = sx - work.placed[t, 0], sy - work.placed[t, 1], sz - work.placed[t, 2]
             far = own + robot.spheres[t, 3] + least
