@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import shutil
 import subprocess
 import sys
 import textwrap
@@ -167,3 +170,26 @@ def test_an_interruption_within_exec_exits_130(tmp_path: Path) -> None:
     )
     ended = subprocess.run([sys.executable, "-m", "interrupted"], cwd=tmp_path, check=False)
     assert ended.returncode == 130
+
+
+@pytest.mark.parametrize(
+    ("problem", "line"),
+    [
+        (
+            OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "r.yml"),
+            "r.yml: No space left on device; make room",
+        ),
+        (OSError(errno.EFBIG, os.strerror(errno.EFBIG)), "File too large; make room"),
+        (shutil.Error([("a.yml", "b.yml", "[Errno 28] No space left on device")]), "b.yml: No space left on"),
+        (OSError(errno.EROFS, os.strerror(errno.EROFS), "out"), "out: Read-only file system\n"),
+    ],
+)
+def test_files_that_cannot_be_written_are_named(
+    problem: OSError, line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(arguments: list[str]) -> int:
+        raise problem
+
+    monkeypatch.setattr(cli, "_run", fail)
+    assert cli.main([]) == 1
+    assert capsys.readouterr().err.startswith(f"roboyard: error: {line}")

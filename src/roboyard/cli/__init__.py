@@ -6,8 +6,10 @@ or trimesh when it runs, so that `roboyard --help` is fast.
 
 from __future__ import annotations
 
+import errno
 import io
 import os
+import shutil
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -57,8 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         if debug:
             raise
-        where = f"{error.filename}: " if error.filename else ""
-        _print_errors([f"{where}{error.strerror or error}"])
+        _print_errors([_line_of(error)])
     except Exception as error:
         if debug:
             raise
@@ -70,6 +71,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
             ]
         )
     return 1
+
+
+def _line_of(error: OSError) -> str:
+    """Return the system's words about a file, with the file's name and what helps where a disk is full."""
+    text, place = error.strerror or str(error), error.filename
+    files = error.args[0] if isinstance(error, shutil.Error) and error.args else None
+    if (
+        isinstance(files, list) and files
+    ):  # each source, target and what was wrong: of a folder that is copied
+        _, place, text = files[0]
+    for number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        if os.strerror(number) in text:
+            text = f"{os.strerror(number)}; make room, or write to another place"
+    return f"{place}: {text}" if place else text
 
 
 def _run(arguments: list[str]) -> int:
