@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from roboyard.sim.stepping import manifold_kernels as kernels
+from roboyard.sim.stepping.step_row_kernels import Contacts
 
 BOX, MESH = 6, 7
 REACH = 0.01
@@ -90,9 +91,14 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
             for pair in pairs
         ]
         frame = np.tile(np.concatenate([normal, [1.0, 0, 0, 0, 1, 0]]), (len(pairs), 1))
+        count = len(pairs)
+        given = Contacts(
+            *(np.array(pairs, np.int32), np.zeros(count, np.int32), np.zeros(count, np.int32)),
+            *(np.array([c[3] for c in contacts]), np.array([c[1] for c in contacts]), frame),
+            *(np.zeros((count, 5)), np.zeros(count)),
+        )
         found = kernels.keep_points(
-            *(kinds, types, bodies, np.array(pairs, np.int32), np.array([c[1] for c in contacts]), frame),
-            *(np.array([c[3] for c in contacts]), places, np.array(turns).reshape(4, 9), margins, reaches),
+            *(given, count, kinds, types, bodies, places, np.array(turns).reshape(4, 9), margins, reaches),
             *(1.0, before, *tables[0], *tables[1], fresh, source, extra, ends),
         )
         tables.reverse()

@@ -310,11 +310,15 @@ class Simulation(Engine[Body]):
                 return
             self.windows.update()
         done = 0
-        if n == 1 and self.revision == self._stepped and self.stepping.is_plain:
+        if n == 1 and self.revision == self._stepped and not self.windows.is_outdated:
+            stepping = self.stepping
             try:
-                self.stepping.plain_step(self._model, self._data)
+                if stepping.is_plain:
+                    stepping.plain_step(self._model, self._data)
+                else:
+                    stepping.step(self._model, self._data)
                 done = 1
-            except mujoco.FatalError as error:
+            except mujoco.FatalError as error:  # raised before positions change
                 self.recover(error, self.simulation_state())
         while done < n:  # again where MuJoCo's memory was too small and has grown
             done += self._steps(n - done) if self.revision == self._stepped else self._first_step()

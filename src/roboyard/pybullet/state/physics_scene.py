@@ -355,14 +355,27 @@ class PhysicsScene:
 
     def step(self) -> None:
         """Advance by one time step, divided into the client's substeps."""
-        self.apply_parameters()
-        world = self.world
+        parameters, world = self._parameters, self.world
+        if self._applied_revision != parameters.revision:
+            self.apply_parameters()
         if self.pending_commands:
             self.flush_motors()
         if self._without_motors:
             world.ensure_compiled()
             self.add_default_motors()
-        parts = self.parts = max(1, self._parameters.sub_steps)
+        parts = self.parts = parameters.sub_steps if parameters.sub_steps > 1 else 1
+        if parts > 1 or self.spring_dampers or self.records_user_torques:
+            self._step_in_parts(parts)
+        else:
+            world.step()
+        self.frames_are_old = False
+        self.frames_revision = self.motor_revision = world.revision
+        self._motor_forces = None
+        self._wrenches_known = False
+
+    def _step_in_parts(self, parts: int) -> None:
+        """Advance by one time step, with what scripts have acting in each of its parts."""
+        world = self.world
         applied = self._applied_forces() if parts > 1 else None
         for part in range(parts):
             if part and applied is not None:
@@ -374,10 +387,6 @@ class PhysicsScene:
                 world.ensure_compiled()
                 self.user_torques = world.live_data.qfrc_applied.copy()
             world.step()
-        self.frames_are_old = False
-        self.frames_revision = self.motor_revision = world.revision
-        self._motor_forces = None
-        self._wrenches_known = False
 
     def _applied_forces(self) -> tuple[Any, Any] | None:
         """Return copies of the forces on links and joints, for the later substeps of a step."""

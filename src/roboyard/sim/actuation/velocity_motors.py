@@ -40,6 +40,8 @@ class VelocityMotors:
         self._motors = np.zeros((0, 5))
         self._targets = np.zeros((0, 4))
         self._bounds = np.zeros((0, 2))
+        self.arrays = self._motors, self._targets
+        """Motors (nv, 5) and targets (nv, 4) by dof, as `prepare` has arranged them."""
         self._joints: Any = ()
         """Arguments of the kernel that describe the joints."""
         self._bound_timestep = 0.0
@@ -49,11 +51,6 @@ class VelocityMotors:
     def is_active(self) -> bool:
         """Whether any body has motors."""
         return bool(self._by_body)
-
-    @property
-    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        """Motors (nv, 5) and targets (nv, 4) by dof, as `prepare` has arranged them."""
-        return self._motors, self._targets
 
     def set(
         self,
@@ -224,6 +221,7 @@ class VelocityMotors:
         nv = model.nv
         self._motors, self._targets = np.zeros((nv, 5)), np.zeros((nv, 4))
         self._bounds = np.zeros((nv, 2))
+        self.arrays = self._motors, self._targets
         for body_id, own in self._by_body.items():
             self._place(model, self._world.body_by_id[body_id], own)
         data = self._world.live_data

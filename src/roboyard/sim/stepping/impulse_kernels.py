@@ -6,76 +6,131 @@ import numpy as np
 
 from roboyard.native import compiled
 from roboyard.sim.stepping.impulse_rows import choose_trees, contact_rows, order_rows, set_goals
+from roboyard.sim.stepping.kernels import compliant_contacts, hard_contacts, hard_limits, product_friction
+from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 
 
 @compiled(
-    "i4[::1] i4[::1] i4[:,:] i4[:] i4[:] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] i4[::1] i4[::1]"
-    " f8[:,::1] i8 i8 u1[::1] i4[::1] i4[:,::1] i4[::1] f8[::1] f8[:,::1] -> f8"
+    ROWS,
+    CONTACTS,
+    "i8 i8 i8 i8 i4[:,::1] f8[:,::1]",
+    "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] i4[::1] i4[::1] f8[:,::1] i8 u1[::1] i4[::1] i4[::1] i8",
+    "-> i8",
 )
 def arrange(  # pragma: no cover
-    kind, index, geom, address, dim, geom_tree, dof_tree, joint_dof, joint_type, joint_qpos, qpos, slot,
-    limit_slot, limits, count, dense, taken, places, rows, ends, every, jacobian,
+    rows, contacts, contact_count, motors, limit_count, count, order, jacobian, geom_tree, dof_tree,
+    joint_dof, joint_type, joint_qpos, qpos, slot, limit_slot, limits, dense, taken, places, ends, width,
 ):  # fmt: skip
     """Choose the trees to solve, list their rows and copy their Jacobian.
 
-    every: (nefc nv,) Jacobian of all rows. jacobian: (n, nv) of the rows listed, written. The rest is that of
-    `choose_trees` and `order_rows`. Returns the number of rows, -1 where a row is of another kind.
+    rows, contacts: of the step. contact_count: number of contacts. motors, limit_count, count: numbers of
+    rows of dry friction, of limits and of all. order: rows in the order of solution, written. jacobian:
+    (n, nv) of the rows listed, written; width is nv. The rest is that of `choose_trees` and `order_rows`.
+    Returns the number of rows, -1 where a row is of another kind.
     """
+    at = rows.starts
+    kind, index = rows.kind[at[0] : at[0] + count], rows.ids[at[1] : at[1] + count]
+    geom, address = contacts.geom[:contact_count], contacts.address[:contact_count]
     if not choose_trees(
-        kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot, count,
-        dense, taken,
+        kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot,
+        motors + limit_count, dense, taken,
     ):  # fmt: skip
-        return -1.0
+        return -1
     found = order_rows(
-        kind, index, geom, address, dim, geom_tree, dof_tree, joint_dof, joint_qpos, qpos, slot, limit_slot,
-        limits, taken, count, places, rows, ends,
+        kind, index, geom, address, contacts.dim, geom_tree, dof_tree, joint_dof, joint_qpos, qpos, slot,
+        limit_slot, limits, taken, motors + limit_count, places, order, ends,
     )  # fmt: skip
-    width = jacobian.shape[1]
     for n in range(found):
-        start = rows[n, 0] * width
+        start = at[2] + order[n, 0] * width
         for d in range(width):
-            jacobian[n, d] = every[start + d]
+            jacobian[n, d] = rows.jacobian[start + d]
     return found
 
 
 @compiled(
-    "i4[:,::1] i4[::1] i4[::1] f8[::1] f8[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] f8[:,::1]"
-    " f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] i4[::1] i4[::1] i4[::1] f8[:,::1] f8[::1] f8[::1]"
-    " i4[:,:] i4[:] i4[:] f8[:,:] f8[:,::1] f8[::1] f8[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1]"
-    " f8[::1] f8[::1] f8[::1] f8 i8 f8 i8",
+    ROWS,
+    CONTACTS,
+    "i8 i8 i8 i8 f8[:,:] f8[:] f8[:,:] f8[:] f8[:] f8[:] f8 f8 f8 f8 f8 i8 i8",
+)
+def ask_of_rows(  # pragma: no cover
+    rows, contacts, contact_count, motors, limit_count, count, coefficients, restitution, compliance, margins,
+    reaches, base, timestep, erp, contact_erp, deep, slow, is_product, is_compliant,
+):  # fmt: skip
+    """Write what limits and contacts ask for, where no row is left to MuJoCo's solver.
+
+    Does what `hard_limits`, `product_friction`, `hard_contacts` and `compliant_contacts` do, the second and
+    the last where is_product and is_compliant are 1. contact_count, motors, limit_count, count: as of
+    `arrange`.
+    """
+    at = rows.starts
+    velocity = rows.velocity[at[7] : at[7] + count]
+    reference = rows.reference[at[8] : at[8] + count]
+    if limit_count > 0:
+        kind, position = rows.kind[at[0] : at[0] + count], rows.position[at[3] : at[3] + count]
+        hard_limits(kind, position, velocity, motors, limit_count, timestep, erp, deep, reference)
+    if contact_count > 0:
+        R, D = rows.R[at[5] : at[5] + count], rows.D[at[6] : at[6] + count]
+        geom, address = contacts.geom[:contact_count], contacts.address[:contact_count]
+        dim, dist, friction, mu = contacts.dim, contacts.dist, contacts.friction, contacts.mu
+        if is_product == 1:
+            product_friction(coefficients, geom, dim, address, friction, mu, R, D)
+        hard_contacts(
+            restitution, geom, dim, address, dist, friction, velocity, timestep, contact_erp, slow, base,
+            reference, R, D, margins, reaches, contacts.position, contacts.frame,
+        )  # fmt: skip
+        if is_compliant == 1:
+            compliant_contacts(
+                compliance, geom, dim, address, dist, friction, mu, timestep, contact_erp, base, reference, R,
+                D,
+            )  # fmt: skip
+
+
+@compiled(
+    ROWS,
+    CONTACTS,
+    "i8 i8 i8 f8 i8 f8 f8[:,::1] f8[:,::1]",
+    "i4[:,::1] f8[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[::1] i4[::1] i4[::1]",
+    "i4[::1] f8[:,::1] f8[::1] f8[::1] f8[:,::1] f8[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] f8[::1]",
+    "f8[::1]",
     fast_math=True,
 )
 def solve(  # pragma: no cover
-    rows, kind, index, velocity, aref, base, loss, dof_joint, joint_type, joint_qpos, motors, targets, qpos,
-    qvel, smooth, jacobian, response, ends, tree_dof, tree_dofs, goals, mu, soft, geom, address, dim,
-    friction, compliance, R, own, influence, step, change, taken, dof_tree, qacc, force, constraint, timestep,
-    rounds, residual, alone,
+    rows, contacts, contact_count, count, alone, timestep, rounds, residual, jacobian, response, order, base,
+    dof_joint, joint_type, joint_qpos, motors, targets, qpos, qvel, smooth, ends, tree_dof, tree_dofs, goals,
+    mu, soft, compliance, own, influence, step, change, taken, dof_tree, qacc, constraint,
 ):  # fmt: skip
     """Write what each row asks for and solve the rows in turn; see `set_goals` and `solve_in_turn`.
 
-    alone: 1 where these are all rows; the solution is written then.
+    rows, contacts, contact_count, count, order: as of `arrange`. alone: 1 where these are all rows; the
+    solution is written then.
     """
-    contact_rows(geom, address, dim, friction, compliance, R, mu, soft)
+    at = rows.starts
+    kind, index = rows.kind[at[0] : at[0] + count], rows.ids[at[1] : at[1] + count]
+    loss, R = rows.loss[at[4] : at[4] + count], rows.R[at[5] : at[5] + count]
+    velocity = rows.velocity[at[7] : at[7] + count]
+    reference, force = rows.reference[at[8] : at[8] + count], rows.force[at[9] : at[9] + count]
+    geom, address = contacts.geom[:contact_count], contacts.address[:contact_count]
+    contact_rows(geom, address, contacts.dim, contacts.friction, compliance, R, mu, soft)
     set_goals(
-        rows, kind, index, velocity, aref, base, loss, mu, soft, dof_joint, joint_type, joint_qpos, motors,
-        targets, qpos, qvel, smooth, jacobian, ends, tree_dof, tree_dofs, timestep, goals,
+        order, kind, index, velocity, reference, base, loss, mu, soft, dof_joint, joint_type, joint_qpos,
+        motors, targets, qpos, qvel, smooth, jacobian, ends, tree_dof, tree_dofs, timestep, goals,
     )  # fmt: skip
     if ends[4] <= influence.shape[0]:
         solve_by_table(
-            rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, influence,
+            order, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, influence,
             step, change,
         )  # fmt: skip
     else:
         solve_in_turn(
-            rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, step, change
+            order, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, step, change
         )
     if alone == 1:
         for dof in range(qacc.shape[0]):
             qacc[dof] = smooth[dof]  # of trees that nothing holds
             constraint[dof] = 0.0
         write_rows(
-            rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc,
-            force, constraint,
+            order, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep,
+            qacc, force, constraint,
         )  # fmt: skip
 
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from roboyard.native import compiled
+from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
 MOST = 4
 """Most points of a pair."""
 
 
 @compiled(
-    "u1[:,::1] i4[::1] i4[::1] i4[:,:] f8[:,:] f8[:,:] f8[:] f8[:,:] f8[:,:] f8[::1] f8[::1] f8 i8 i8[::1]"
-    " i4[::1] f8[:,:,::1] i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] -> f8"
+    CONTACTS,
+    "i8 u1[:,::1] i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[::1] f8 i8 i8[::1] i4[::1] f8[:,:,::1]",
+    "i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] -> i8",
 )
 def keep_points(  # pragma: no cover
-    kept_kinds, geom_type, geom_body, geom, position, frame, dist, xpos, xmat, margins, reaches, seen, before,
+    contacts, contact_count, kept_kinds, geom_type, geom_body, xpos, xmat, margins, reaches, seen, before,
     keys, counts, points, new_keys, new_counts, new_points, fresh, source, extra, ends,
 ):  # fmt: skip
     """Add this step's contacts to the points of their pairs; return the number of points besides them.
@@ -21,19 +23,20 @@ def keep_points(  # pragma: no cover
     A pair keeps up to four points. A contact replaces the point within the pair's reach of it, or is added;
     points end where the surfaces have parted, or slid along each other, by more than the reach.
 
-    kept_kinds: (8, 8) 1 for the pairs of geom types that keep points. geom: (ncon, 2). position: (ncon, 3),
-    frame: (ncon, 9), dist: (ncon,) of MuJoCo's contacts. xpos: (nbody, 3), xmat: (nbody, 9). margins,
-    reaches: (ngeom,) as of `hard_contacts`. seen: gap (m) up to which MuJoCo finds contacts. before: number
+    contacts: MuJoCo's, of which the first contact_count are this step's. kept_kinds: (8, 8) 1 for the pairs
+    of geom types that keep points. xpos: (nbody, 3), xmat: (nbody, 9). margins, reaches: (ngeom,) as of
+    `hard_contacts`. seen: gap (m) up to which MuJoCo finds contacts. before: number
     of pairs in the step before, with keys: (n,), counts: (n,) and points: (n, 4, 15), the places in the
     frames of the two bodies and the contact frame. new_...: those of this step, written. fresh: (15,) work
     array. source: (4 ncon,) contact of which each extra point is a copy, extra: (4 ncon, 13) its position,
     frame and distance, written. ends: (1,) number of pairs, written.
     """
+    geom, position, frame, dist = contacts.geom, contacts.position, contacts.frame, contacts.dist
     pairs = 0
     found = 0
     at = 0
     geoms = geom_type.shape[0]
-    for i in range(geom.shape[0]):
+    for i in range(contact_count):
         a, b = geom[i, 0], geom[i, 1]
         if a < 0 or b < 0 or kept_kinds[geom_type[a], geom_type[b]] == 0:
             continue

@@ -17,6 +17,7 @@ import numpy as np
 from roboyard._lazy import lazy_module
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.manifold_kernels")
@@ -79,12 +80,13 @@ class Manifolds:
         if self._bound is None:
             self._bind(model, data)
 
-    def update(self, model: Any, data: Any, margins: Array, reaches: Array) -> bool:
+    def update(self, model: Any, data: Any, found: StepRows, margins: Array, reaches: Array) -> bool:
         """Keep the points of the contacts found and add those of earlier steps, after mj_collision.
 
         Args:
             model: MjModel.
             data: MjData.
+            found: the contacts, of which there are some.
             margins: (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes.
             reaches: (ngeom,) gaps (m) from which on the geom's contacts do not push.
 
@@ -94,14 +96,11 @@ class Manifolds:
         bound = self._bound
         if bound is None or not bound.keeps:
             return False
-        if not data.ncon:
-            self._count = 0
-            return False
-        found = self._keep(bound, data, margins, reaches)
-        if not found:
+        count = self._keep(bound, found, margins, reaches)
+        if not count:
             return False
         added = 0
-        for source in self._source[:found].tolist():
+        for source in self._source[:count].tolist():
             if mujoco.mj_addContact(model, data, data.contact[source]):
                 break  # MuJoCo's memory is full; it has warned, and grows before the next step
             added += 1
@@ -109,24 +108,27 @@ class Manifolds:
         kernels().write_points(added, self._extra, contact.pos, contact.frame, contact.dist)
         return True
 
-    def _keep(self, bound: _Bound, data: Any, margins: Array, reaches: Array) -> int:
+    def forget(self) -> None:
+        """Forget all points: in this step there are no contacts."""
+        self._count = 0
+
+    def _keep(self, bound: _Bound, contacts: StepRows, margins: Array, reaches: Array) -> int:
         """Update the points of all pairs; return the number of those besides MuJoCo's."""
-        contact = data.contact
-        count = data.ncon
+        count = contacts.counts[0]
         if len(self._next.keys) < count:
             self._next = _Table(2 * count)
         if len(self._source) < 4 * count:
             self._source, self._extra = np.zeros(8 * count, np.int32), np.zeros((8 * count, 13))
         now, following = self._now, self._next
         found = kernels().keep_points(
-            *(self._kinds, *bound.geoms, contact.geom, contact.pos, contact.frame, contact.dist),
+            *(contacts.contacts, count, self._kinds, *bound.geoms),
             *(*bound.frames, margins, reaches, bound.seen, self._count, now.keys, now.counts, now.points),
             *(following.keys, following.counts, following.points),
             *(self._fresh, self._source, self._extra, self._ends),
         )
         self._now, self._next = following, now
         self._count = int(self._ends[0])
-        return int(found)
+        return found
 
     def _bind(self, model: Any, data: Any) -> None:
         world = self._world

@@ -20,14 +20,13 @@ from roboyard._lazy import lazy_module
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 
 kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
 DENSE = 128
 """Most rows whose influence on each other is kept as a table; so few are solved in turn wholly."""
-_NOTHING = np.zeros((0, 2), np.int32), np.zeros(0, np.int32), np.zeros(0, np.int32)
-_NO_FRICTION = np.zeros((0, 5))
 
 
 class SequentialMotors:
@@ -41,87 +40,76 @@ class SequentialMotors:
         """Square of the change of velocity (rad/s or m/s) below which the rounds end."""
         self._bound: _Bound | None = None
         self._found = -1
-        self._views: tuple[Any, ...] = ()
-        """Kinds of the step's rows, and its contacts."""
         self._work = _work(0, 0)
+        self._arguments: tuple[Any, ...] | None = None
+        """Arrays that may be replaced between compiles, and last what `solve` is given with them."""
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new, or that bodies were added or removed."""
-        self._bound = None
+        self._bound = self._arguments = None
 
-    def arrange(self, model: Any, data: Any) -> bool:
+    def arrange(self, model: Any, data: Any, found: StepRows) -> bool:
         """List the rows of robots with motors, and of what touches them, after MuJoCo has made the rows.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            found: the contacts and rows.
 
         Returns:
             Whether these are all rows, so that MuJoCo's solver has nothing left to do.
         """
         self._found = -1
-        count = data.nf + data.nl
-        if not self.rounds or data.ne or not count:
+        contacts, equalities, motors, limits, count = found.counts
+        if not self.rounds or equalities or not motors + limits:
             return False
         bound = self._bound
         if bound is None:
             bound = self._bound = _bind(model, data, list(self._world.body_by_id.values()))
-        if bound.is_sparse or (data.ncon and not self._world.hard_contacts):
+        if bound.is_sparse or (contacts and not self._world.hard_contacts):
             return False
-        nefc = data.nefc
-        if len(self._work.rows) < nefc or self._work.jacobian.shape[1] != bound.nv:
-            self._work = _work(2 * nefc, bound.nv)
         work = self._work
-        if data.ncon:
-            contact = data.contact
-            touching = contact.geom, contact.efc_address, contact.dim
-        else:
-            touching = _NOTHING
-        kinds = data.efc_type, data.efc_id
-        self._views = kinds, touching
-        self._found = int(
-            kernels().arrange(
-                *(*kinds, *touching, *bound.trees, bound.qpos, bound.slot),
-                *(
-                    bound.limit_slot,
-                    bound.limits,
-                    count,
-                    DENSE,
-                    bound.taken,
-                    bound.places,
-                    work.rows,
-                    bound.ends,
-                ),
-                *(data.efc_J, work.jacobian),
-            )
+        if len(work.rows) < count or work.jacobian.shape[1] != bound.nv:
+            work = self._work = _work(2 * count, bound.nv)
+        self._found = kernels().arrange(
+            *(found.rows, found.contacts, contacts, motors, limits, count, work.rows, work.jacobian),
+            *bound.trees,
         )
-        return self._found == nefc
+        return self._found == count
 
-    def solve(self, model: Any, data: Any, timestep: float) -> None:
+    def solve(self, model: Any, data: Any, found: StepRows, timestep: float) -> None:
         """Solve the rows that are arranged, after `mj_fwdAcceleration`.
 
         The solution is written where these are all rows; `write` does it otherwise, after MuJoCo's solver.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            found: the contacts and rows.
+            timestep: duration of the step (s).
         """
-        found, bound, work = self._found, self._bound, self._work
-        if found < 0 or bound is None:
+        listed, bound, work = self._found, self._bound, self._work
+        if listed < 0 or bound is None:
             return
-        jacobian, response = work.jacobian[:found], work.response[:found]
+        jacobian, response = work.part(listed)
         mujoco.mj_solveM(model, data, response, jacobian)
-        nefc = data.nefc
-        base = self._surfaces.normal_references(nefc)
-        kinds, touching = self._views  # MuJoCo does not move them within a step
-        friction = data.contact.friction if data.ncon else _NO_FRICTION
+        counts = found.counts
+        count = counts[4]
+        surfaces = self._surfaces
+        base, compliance = surfaces.normal_references(count), surfaces.compliance_of_geoms
+        motors, known = self._motors.arrays, self._arguments
+        if (
+            known is None
+            or known[0] is not work
+            or known[1] is not base
+            or known[2] is not motors
+            or known[3] is not compliance
+        ):
+            arguments = _arguments(bound, work, base, motors, compliance)
+            known = self._arguments = work, base, motors, compliance, arguments
         kernels().solve(
-            *(work.rows, *kinds, data.efc_vel, data.efc_aref, base),
-            *(data.efc_frictionloss, *bound.joints, *self._motors.arrays, bound.qpos, bound.qvel),
-            *(bound.smooth, jacobian, response, bound.ends, *bound.spans, work.goals, work.mu, work.soft),
-            *(
-                *touching,
-                friction,
-                self._surfaces.compliance_of_geoms,
-                data.efc_R,
-                work.own,
-                work.influence,
-                work.step,
-            ),
-            *(bound.change, bound.taken, bound.dof_tree, bound.qacc, data.efc_force, bound.constraint),
-            *(timestep, self.rounds, self.residual, int(found == nefc)),
+            *(found.rows, found.contacts, counts[0], count, 1 if listed == count else 0),
+            *(timestep, self.rounds, self.residual, jacobian, response, *known[4]),
         )
 
     def write(self, data: Any, timestep: float) -> None:
@@ -141,11 +129,8 @@ class _Bound:
 
     nv: int
     is_sparse: bool
-    slot: np.ndarray
-    limit_slot: np.ndarray
     trees: tuple[Any, ...]
-    """Tree of each geom and dof, and the joints' dofs, types and places in qpos."""
-    limits: np.ndarray
+    """Arguments of `arrange` that hold until the next compile."""
     joints: tuple[Any, ...]
     spans: tuple[Any, ...]
     """First dof and number of dofs of each tree."""
@@ -156,7 +141,6 @@ class _Bound:
     qacc: np.ndarray
     constraint: np.ndarray
     taken: np.ndarray
-    places: np.ndarray
     ends: np.ndarray
     change: np.ndarray
 
@@ -173,14 +157,16 @@ def _bind(model: Any, data: Any, bodies: list[Body]) -> _Bound:
             slot[dof] = place
             place += 1
     geom_tree = model.body_treeid[model.geom_bodyid].astype(np.int32)
+    taken, ends = np.zeros(model.ntree, np.uint8), np.zeros(5, np.int32)
+    joints = model.jnt_type, model.jnt_qposadr
     return _Bound(
         nv=nv,
         is_sparse=bool(mujoco.mj_isSparse(model)),
-        slot=slot,
-        limit_slot=limit_slot,
-        trees=(geom_tree, model.dof_treeid, model.jnt_dofadr, model.jnt_type, model.jnt_qposadr),
-        limits=model.jnt_range,
-        joints=(model.dof_jntid, model.jnt_type, model.jnt_qposadr),
+        trees=(
+            *(geom_tree, model.dof_treeid, model.jnt_dofadr, *joints, data.qpos, slot, limit_slot),
+            *(model.jnt_range, DENSE, taken, np.full(place, -1, np.int32), ends, nv),
+        ),
+        joints=(model.dof_jntid, *joints),
         spans=(model.tree_dofadr, model.tree_dofnum),
         dof_tree=model.dof_treeid,
         qpos=data.qpos,
@@ -188,14 +174,31 @@ def _bind(model: Any, data: Any, bodies: list[Body]) -> _Bound:
         smooth=data.qacc_smooth,
         qacc=data.qacc,
         constraint=data.qfrc_constraint,
-        taken=np.zeros(model.ntree, np.uint8),
-        places=np.full(place, -1, np.int32),
-        ends=np.zeros(5, np.int32),
+        taken=taken,
+        ends=ends,
         change=np.zeros(nv),
     )
 
 
-@dataclass(frozen=True, slots=True)
+def _arguments(
+    bound: _Bound,
+    work: _Work,
+    base: np.ndarray,
+    motors: tuple[np.ndarray, np.ndarray],
+    compliance: np.ndarray,
+) -> tuple[Any, ...]:
+    """Return the arrays that `solve` is given after those of the step."""
+    return (
+        *(work.rows, base, *bound.joints, *motors, bound.qpos, bound.qvel, bound.smooth, bound.ends),
+        *(*bound.spans, work.goals, work.mu, work.soft, compliance, work.own, work.influence, work.step),
+        *(bound.change, bound.taken, bound.dof_tree, bound.qacc, bound.constraint),
+    )
+
+
+_NO_PART = np.zeros((0, 0)), np.zeros((0, 0))
+
+
+@dataclass(slots=True)
 class _Work:
     """Arrays for the rows of a step, which grow with the number of rows."""
 
@@ -208,6 +211,13 @@ class _Work:
     own: np.ndarray
     step: np.ndarray
     influence: np.ndarray
+    _part: tuple[np.ndarray, np.ndarray] = _NO_PART
+
+    def part(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the first rows (count, nv) of `jacobian` and `response`."""
+        if len(self._part[0]) != count:
+            self._part = self.jacobian[:count], self.response[:count]
+        return self._part
 
 
 def _work(count: int, nv: int) -> _Work:

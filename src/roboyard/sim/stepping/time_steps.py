@@ -20,6 +20,7 @@ from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.sequential_motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
+from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
@@ -84,7 +85,7 @@ class Stepping:
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = False
         self._velocity_limits: dict[tuple[int, int], float] = {}
         self._compiled: tuple[Any, ...] | None = None
-        """MuJoCo's options, velocities, accelerations and the bounds on velocities, if there are any."""
+        """MuJoCo's options, a step's rows, velocities, accelerations and the bounds on velocities, if any."""
 
     def refresh(self) -> None:
         """Look up which rules the steps have to apply."""
@@ -147,7 +148,7 @@ class Stepping:
         if stops:
             self.stops.approach(data, model.opt.timestep)
         if self.sliding.slides(data):
-            self._solve(model, data, model.opt.timestep, None, slides=True, alone=False)
+            self._solve(model, data, model.opt.timestep, slides=True, alone=False)
         else:
             mujoco.mj_step2(model, data)
 
@@ -155,6 +156,8 @@ class Stepping:
         """Execute one step with all rules."""
         if self._soft.by_id:
             self._step_in_parts(model, data)
+        elif self._world.hard_contacts:  # stops are rigid, too
+            self._attempt(model, data)
         else:
             self._whole_step(model, data)
         if self._has_surfaces or self.wrenches.pending:
@@ -189,7 +192,8 @@ class Stepping:
         compiled = self._compiled
         if compiled is None:
             compiled = self._compiled = self._look_up(model, data)
-        timestep = compiled[0].timestep
+        option, found = compiled[0], compiled[1]
+        timestep = option.timestep
         if self._has_motors:
             self.motors.prepare(model, timestep)
         if self._is_bounded:
@@ -199,27 +203,35 @@ class Stepping:
         mujoco.mj_step1(model, data)
         if self._soft.by_id:
             self._soft.add_forces(model, data)
-        if world.hard_contacts and self.manifolds.update(
-            model, data, *self.surfaces.margins_and_reaches(model, data)
-        ):
-            mujoco.mj_makeConstraint(model, data)
-            mujoco.mj_island(model, data)
-            mujoco.mj_projectConstraint(model, data)
-            mujoco.mj_referenceConstraint(model, data)
-        if self._windows.is_active and world.hard_contacts:
-            self._windows.correct_contacts(data)
+        if world.hard_contacts:
+            self._keep_contacts(model, data, found)
+        elif self._has_motors:
+            found.look()
         if stops:
             self.stops.approach(data, timestep)
-        alone = self._has_motors and self.in_turn.arrange(model, data)
+        alone = self._has_motors and self.in_turn.arrange(model, data, found)
         if self._has_surfaces:
-            self.surfaces.apply(model, data, timestep, alone=alone)
+            self.surfaces.apply(model, data, found, timestep, alone=alone)
         if self._has_motors:
             self.motors.apply(data, timestep, alone=alone)
         slides = not world.hard_contacts and self.sliding.slides(data)
         if slides or world.hard_contacts or self._is_bounded or world.profile.largest_velocity is not None:
-            self._solve(model, data, timestep, compiled[-1], slides=slides, alone=alone)
+            self._solve(model, data, timestep, slides=slides, alone=alone)
         else:
             mujoco.mj_step2(model, data)
+
+    def _keep_contacts(self, model: Any, data: Any, found: StepRows) -> None:
+        """Find the rows that MuJoCo has made, again where points of earlier steps are added."""
+        if not found.look()[0]:
+            self.manifolds.forget()
+        elif self.manifolds.update(model, data, found, *self.surfaces.margins_and_reaches(model, data)):
+            mujoco.mj_makeConstraint(model, data)
+            mujoco.mj_island(model, data)
+            mujoco.mj_projectConstraint(model, data)
+            mujoco.mj_referenceConstraint(model, data)
+            found.look()
+        if self._windows.is_active:
+            self._windows.correct_contacts(data)
 
     def detect(self, model: Any, data: Any) -> None:
         """Find the contacts of the present positions, whose frames are known."""
@@ -228,18 +240,25 @@ class Stepping:
             return
         self.manifolds.prepare(model, data)
         mujoco.mj_collision(model, data)
-        self.manifolds.update(model, data, *self.surfaces.margins_and_reaches(model, data))
+        if self._compiled is None:
+            self._compiled = self._look_up(model, data)
+        found = self._compiled[1]
+        if found.look()[0]:
+            self.manifolds.update(model, data, found, *self.surfaces.margins_and_reaches(model, data))
+        else:
+            self.manifolds.forget()
         if self._windows.is_active:
             self._windows.correct_contacts(data)
 
-    def _solve(
-        self, model: Any, data: Any, timestep: float, limits: np.ndarray | None, *, slides: bool, alone: bool
-    ) -> None:
+    def _solve(self, model: Any, data: Any, timestep: float, *, slides: bool, alone: bool) -> None:
         """Execute the second half in parts, with the solver repeated where the rules require it.
 
         `alone`: robots with motors, and what touches them, have all rows.
         """
         world = self._world
+        if self._compiled is None:
+            self._compiled = self._look_up(model, data)
+        _, found, qvel, qacc, limits = self._compiled
         if self._is_bounded:
             self.constraints.free_axes(model, data)
         if slides:
@@ -247,13 +266,13 @@ class Stepping:
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
         if self._has_motors:
-            self.in_turn.solve(model, data, timestep)
+            self.in_turn.solve(model, data, found, timestep)
         if not alone:
             self._solve_together(model, data, timestep, slides=slides)
             if self._has_motors:
                 self.in_turn.write(data, timestep)
         if limits is not None:
-            kernels().bound_velocity(data.qvel, data.qacc, timestep, limits)
+            kernels().bound_velocity(qvel, qacc, timestep, limits)
         if slides:  # as in mj_step2
             mujoco.mj_sensorAcc(model, data)
             mujoco.mj_checkAcc(model, data)
@@ -275,7 +294,7 @@ class Stepping:
     def _look_up(self, model: Any, data: Any) -> tuple[Any, ...]:
         largest = self._world.profile.largest_velocity
         limits = None if largest is None else self._gather_limits(model, largest)
-        return model.opt, data.qvel, data.qacc, limits
+        return model.opt, StepRows(data, model.nv), data.qvel, data.qacc, limits
 
     def _gather_limits(self, model: Any, usual: float) -> np.ndarray:
         limits = np.full(model.nv, usual)

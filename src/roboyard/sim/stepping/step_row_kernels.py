@@ -1,0 +1,71 @@
+"""A step's contacts and constraint rows as arguments of compiled loops; see `step_rows`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from roboyard.native import compiled, record
+
+
+class Rows(NamedTuple):
+    """Blocks of memory that hold the arrays of constraint rows, and where in each block the array begins."""
+
+    kind: np.ndarray
+    ids: np.ndarray
+    jacobian: np.ndarray
+    position: np.ndarray
+    loss: np.ndarray
+    R: np.ndarray
+    D: np.ndarray
+    velocity: np.ndarray
+    reference: np.ndarray
+    force: np.ndarray
+    starts: np.ndarray
+    """(10,) place of each array's first number in its block."""
+
+
+class Contacts(NamedTuple):
+    """Fields of MuJoCo's contacts; the arrays may be longer than there are contacts."""
+
+    geom: np.ndarray
+    address: np.ndarray
+    dim: np.ndarray
+    dist: np.ndarray
+    position: np.ndarray
+    frame: np.ndarray
+    friction: np.ndarray
+    mu: np.ndarray
+
+
+ROWS = record(Rows, "i4[::1] i4[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] i8[::1]")
+CONTACTS = record(Contacts, "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[:,:] f8[:]")
+
+
+@compiled("i8[::1] i8[::1] i4[::1] i8 i8 i8 i8 i8[::1] -> i8")
+def find_rows(words, places, counts, address, size, contact, degrees, starts):  # pragma: no cover
+    """Write where the arrays of rows begin in MuJoCo's block; return 1 where all are within it, else 0.
+
+    words: addresses in MjData, the second one the block's. places: (11,) of those of the arrays of rows, two
+    of integers before those of numbers, the third the Jacobian, and of the contacts. counts: (5,) numbers of
+    contacts and rows, the last one of all rows. address, size: of the block (bytes). contact: bytes of a
+    contact. degrees: columns of the Jacobian. starts: (10,) written.
+    """
+    if words[1] != address:
+        return 0
+    if counts[0] < 0 or counts[4] < 0:
+        return 0
+    if counts[0] > 0 and (words[places[10]] != address or counts[0] * contact > size):
+        return 0
+    for k in range(10):
+        width = 4 if k < 2 else 8
+        count = counts[4] * degrees if k == 2 else counts[4]
+        offset = words[places[k]] - address
+        if count == 0:
+            starts[k] = 0
+        elif offset < 0 or offset % width != 0 or offset + width * count > size:
+            return 0
+        else:
+            starts[k] = offset // width
+    return 1

@@ -1,0 +1,184 @@
+"""Contacts and constraint rows of the present step as arguments of compiled loops.
+
+MuJoCo makes these arrays again in each step, within one block of memory that belongs to its data. Asking its
+Python module for each of them takes longer than a step of a small robot, so loops read them in that block,
+at places that MuJoCo's own addresses give, looked up in each step. Where the addresses are not found, or
+are not within the block, the module's arrays are passed instead: to the same loops, as blocks that begin with
+the array.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+from functools import cache
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from roboyard.sim.stepping import step_row_kernels as kernels
+from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
+
+ROWS = (
+    "efc_type", "efc_id", "efc_J", "efc_pos", "efc_frictionloss", "efc_R", "efc_D", "efc_vel", "efc_aref",
+    "efc_force",
+)  # fmt: skip
+"""Names in MjData of the arrays of `Rows`."""
+ARENA = 1
+"""Place of the block's address among the addresses."""
+_CONTACT = {"geom": 2, "efc_address": 0, "dim": 0, "dist": 0, "pos": 3, "frame": 9, "friction": 5, "mu": 0}
+"""Names in MuJoCo's contact of the fields of `Contacts`, to the length of those that are vectors."""
+_COUNTS = ("ncon", "ne", "nf", "nl", "nefc")
+_UNPACK = struct.Struct(f"{len(_COUNTS)}i").unpack
+_MOST_WORDS = 400
+"""Words after the energies in which addresses are looked for; MuJoCo 4.0 has 181."""
+_COUNT_WORDS = 64
+"""Words before the energies in which the numbers of rows are looked for."""
+_PROBE = """<mujoco><worldbody><geom type="plane" size="1 1 1"/><body pos="0 0 0.09"><freejoint/>
+    <geom size="0.1"/><geom size="0.1" pos="0.3 0 0"/>
+    <body><joint name="j" frictionloss="1" limited="true" range="1 2"/><geom size="0.01"/></body></body>
+    <body name="held"><freejoint/><geom size="0.01" contype="0" conaffinity="0"/></body></worldbody>
+    <equality><connect body1="held" anchor="0 0 0"/></equality>
+    <tendon><fixed><joint joint="j" coef="1"/></fixed></tendon></mujoco>"""
+"""Each array has a size and an address of its own; without the tendon, one of no size had another's."""
+
+
+_NO_CONTACTS = Contacts(
+    *(np.zeros((0, 2), np.int32), np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0)),
+    *(np.zeros((0, 3)), np.zeros((0, 9)), np.zeros((0, 5)), np.zeros(0)),
+)
+
+
+class StepRows:
+    """Finds the contacts and rows of each step of one MjData; `look` once they are made."""
+
+    def __init__(self, data: Any, degrees: int) -> None:
+        """Find nothing yet.
+
+        Args:
+            data: MjData; its memory lives at least as long as this object.
+            degrees: number of degrees of freedom, the width of the Jacobian, which is dense.
+        """
+        self._data = data
+        known = layout()
+        self._block = None if known is None else _Block(data, degrees, known)
+        self.contacts = _NO_CONTACTS
+        self._rows: Rows | None = None
+        self.counts: tuple[int, ...] = (0,) * len(_COUNTS)
+        """Numbers of contacts and of rows: equalities, dry friction, limits, all."""
+
+    def look(self) -> tuple[int, ...]:
+        """Find the contacts and rows that MuJoCo has made; return `counts`."""
+        block = self._block
+        if block is not None and kernels.find_rows(*block.search):
+            self._rows, self.contacts = block.rows, block.contacts
+            counts = self.counts = _UNPACK(block.counts)
+            return counts
+        data = self._data
+        self._rows, self.counts = None, tuple(getattr(data, name) for name in _COUNTS)
+        self.contacts = _NO_CONTACTS
+        if self.counts[0]:
+            contact = data.contact
+            self.contacts = Contacts(*(getattr(contact, name) for name in _CONTACT))
+        return self.counts
+
+    @property
+    def rows(self) -> Rows:
+        """The constraint rows of the step."""
+        rows = self._rows
+        if rows is None:
+            data = self._data
+            rows = self._rows = Rows._make(
+                (*(getattr(data, name) for name in ROWS), np.zeros(len(ROWS), np.int64))
+            )
+        return rows
+
+
+class _Block:
+    """MuJoCo's block of memory, which one MjData keeps for good, as arrays."""
+
+    def __init__(self, data: Any, degrees: int, known: Layout) -> None:
+        self._owner = data
+        words = _words(data, int(known.places.max()) + 1)
+        address, size = int(words[ARENA]), int(data.narena) // 8 * 8
+        memory: Any = (ctypes.c_byte * size).from_address(address)
+        numbers, integers = np.frombuffer(memory, np.float64), np.frombuffer(memory, np.int32)
+        starts = np.zeros(len(ROWS), np.int64)
+        self.rows = Rows._make((integers, integers, *[numbers] * (len(ROWS) - 2), starts))
+        most = size // known.contact_size
+        self.contacts = Contacts(
+            *(
+                np.ndarray(
+                    (most, length) if length else (most,),
+                    kind,
+                    memory,
+                    offset,
+                    (known.contact_size, kind.itemsize) if length else (known.contact_size,),
+                )
+                for (kind, offset), length in zip(known.fields, _CONTACT.values(), strict=True)
+            )
+        )
+        first = data.energy.ctypes.data + known.counts
+        numbers_of_rows: Any = (ctypes.c_int32 * len(_COUNTS)).from_address(first)
+        self.counts = memoryview(numbers_of_rows)
+        counts = np.frombuffer(numbers_of_rows, np.int32)
+        self.search = words, known.places, counts, address, size, known.contact_size, degrees, starts
+
+
+class Layout(NamedTuple):
+    """Where MjData has the addresses and numbers of contacts and rows."""
+
+    places: np.ndarray
+    """(11,) places of the arrays of `ROWS` and of the contacts, in words after the energies."""
+    contact_size: int
+    """Bytes from one contact to the next."""
+    fields: list[tuple[np.dtype, int]]
+    """Type and byte in the contact of each field of `Contacts`."""
+    counts: int
+    """Bytes from the energies to the numbers of contacts and rows."""
+
+
+@cache
+def layout() -> Layout | None:
+    """Return where the arrays are in MjData, as found in one with arrays of known addresses.
+
+    Returns:
+        None where the installed version of MuJoCo has them elsewhere.
+    """
+    model = mujoco.MjModel.from_xml_string(_PROBE)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    energies, count = data.energy.ctypes.data, 1
+    while _words(data, count)[-1:].view(np.uint64)[0] != data.signature:  # the last one
+        count += 1
+        if count > _MOST_WORDS:
+            return None
+    if energies - 8 * _COUNT_WORDS < getattr(data, "_address", energies):
+        return None
+    words, contact = _words(data, count).tolist(), data.contact
+    start, size = contact.dist.ctypes.data, contact.dist.strides[0]
+    addresses = [getattr(data, name).ctypes.data for name in ROWS]
+    numbers = [getattr(data, name) for name in _COUNTS]
+    before = list((ctypes.c_int32 * (2 * _COUNT_WORDS)).from_address(energies - 8 * _COUNT_WORDS))
+    found = [k for k in range(len(before)) if before[k : k + len(numbers)] == numbers]
+    if len(found) != 1 or 0 in numbers or words[ARENA : ARENA + 2] != [start, data.qpos.ctypes.data]:
+        return None
+    words[ARENA] = 0  # the contacts have the same one
+    addresses.append(start)
+    if size % 8 or any(words.count(address) != 1 for address in addresses):
+        return None
+    fields = [getattr(contact, name) for name in _CONTACT]
+    return Layout(
+        np.array([words.index(address) for address in addresses], np.int64),
+        size,
+        [(field.dtype, field.ctypes.data - start) for field in fields],
+        4 * found[0] - 8 * _COUNT_WORDS,
+    )
+
+
+def _words(data: Any, count: int) -> np.ndarray:
+    """Return a view (count,) of MjData from the address of its buffer on, which follows the energies."""
+    start = data.energy.ctypes.data + data.energy.nbytes
+    memory: Any = (ctypes.c_int64 * count).from_address(start)
+    return np.frombuffer(memory, np.int64)

@@ -1,0 +1,109 @@
+"""Contacts and constraint rows in MuJoCo's memory, compared with the arrays that its module returns."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+from sim_robots import arm
+
+from roboyard.sim import World
+from roboyard.sim.physics_profile import BULLET
+from roboyard.sim.stepping import step_row_kernels, step_rows
+from roboyard.sim.stepping.step_rows import ROWS, StepRows
+
+SCENE = """<mujoco><option cone="elliptic"/><worldbody><geom type="plane" size="1 1 1"/>
+  <body pos="0 0 0.1"><freejoint/><geom type="box" size="0.1 0.1 0.1" condim="6"/></body>
+  <body pos="1 0 0.5"><joint name="a" axis="0 1 0" range="-0.1 0.1" limited="true" frictionloss="0.3"/>
+    <geom type="capsule" size="0.05" fromto="0 0 0 0.4 0 0.1"/></body></worldbody></mujoco>"""
+CONTACT = ("geom", "efc_address", "dim", "dist", "pos", "frame", "friction", "mu")
+
+
+@pytest.fixture
+def without_memory(monkeypatch: pytest.MonkeyPatch):
+    """Return a function after which arrays come from MuJoCo's module only."""
+
+    def forbid() -> None:
+        monkeypatch.setattr(step_rows, "layout", lambda: None)
+
+    return forbid
+
+
+@pytest.mark.parametrize("height", [0.0, 3.0])
+@pytest.mark.parametrize("in_memory", [True, False])
+def test_contacts_and_rows_are_those_of_mujoco(height: float, in_memory: bool, without_memory) -> None:
+    """In a new step they are elsewhere; without contacts there are rows of the joint only."""
+    assert step_rows.layout() is not None, "a new version of MuJoCo: see step_rows.py"
+    if not in_memory:
+        without_memory()
+    model = mujoco.MjModel.from_xml_string(SCENE)
+    data = mujoco.MjData(model)
+    found = StepRows(data, model.nv)
+    data.qpos[2] += height
+    data.qpos[7], data.qvel[6] = 0.2, 1.0
+    for step in range(3):
+        mujoco.mj_step(model, data)
+        mujoco.mj_forward(model, data)
+        assert data.nefc > data.ncon and (data.ncon == 0) == (height > 0), step
+        assert found.look() == (data.ncon, data.ne, data.nf, data.nl, data.nefc)
+        for name, block, start in zip(ROWS, found.rows, found.rows.starts, strict=False):
+            wanted = getattr(data, name)
+            np.testing.assert_array_equal(block[start : start + wanted.size], wanted.ravel(), err_msg=name)
+            if in_memory:
+                assert np.shares_memory(block[start : start + wanted.size], wanted), name
+        for name, field in zip(CONTACT, found.contacts, strict=True):
+            wanted = getattr(data.contact, name)
+            np.testing.assert_array_equal(field[: data.ncon], wanted, err_msg=name)
+
+
+def test_addresses_outside_the_block_are_refused() -> None:
+    """Each array must be within the block as a whole, and the block must be the one that was found."""
+    places, starts = np.arange(2, 13), np.zeros(10, np.int64)
+    good = np.array([0, 1000, *(1000 + 80 * k for k in range(10)), 1000])
+
+    def search(words: np.ndarray, size: int = 1000, contacts: int = 1, rows: int = 5) -> int:
+        counts = np.array([contacts, 0, 0, 0, rows], np.int32)
+        return step_row_kernels.find_rows(words, places, counts, 1000, size, 600, 2, starts)
+
+    assert search(good) == 1
+    assert starts.tolist() == [0, 20, *(10 * k for k in range(2, 10))]
+    for at, value in ((1, 2000), (4, 992), (4, 1161), (4, 1928), (11, 1992), (2, 0), (12, 1008)):
+        words = good.copy()
+        words[at] = value
+        assert search(words) == 0, (at, value)
+    assert search(good, size=759) == 0 and search(good, contacts=2) == 0 and search(good, rows=-1) == 0
+    assert search(np.where(np.arange(13) > 1, 0, good), contacts=0, rows=0) == 1
+
+
+def _states(steps: int) -> np.ndarray:
+    """Return the states of a world with motors, contacts, kept points and bodies that come and go."""
+    world = World(profile=BULLET)
+    world.add_plane()
+    whole = arm()  # without the finger that mimics another, whose equality leaves all rows to MuJoCo
+    robot = world.add_description(
+        replace(whole, links=whole.links[:4], joints=whole.joints[:3]), (0, 0, 1.7), fixed_base=True
+    )
+    for joint in robot.joints:
+        world.motors.set(joint, position=0.7, max_force=30.0)
+    states, alone = [], 0
+    for step in range(steps):
+        if step == steps // 3:
+            world.add_box((0.3, 0.3, 0.3), position=(-0.9, 0.0, 0.14), mass=1.0)
+            world.add_cylinder(0.1, 0.3, position=(0.6, 0.0, 0.14), mass=0.5)
+        if step == 2 * steps // 3:
+            world.remove(world.bodies[-1])
+        world.step()
+        data = world.live_data
+        alone += data.ncon > 0 and data.nf > 0
+        states.append(np.concatenate([np.resize(data.qpos, 24), np.resize(data.qvel, 24), [data.time]]))
+    assert alone > steps // 3
+    return np.array(states)
+
+
+def test_steps_are_the_same_to_the_last_bit_without_the_addresses(without_memory) -> None:
+    with_addresses = _states(240)
+    without_memory()
+    np.testing.assert_array_equal(_states(240), with_addresses)
+    assert np.ptp(with_addresses, axis=0).max() > 0.1
