@@ -144,3 +144,64 @@ def test_an_import_without_a_data_folder_has_the_working_folder(
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "home"))
     assert writable_data_folder() == tmp_path / "home" / "roboyard"
     assert capsys.readouterr().err == ""
+
+
+COMPILED = (
+    "import sys\n"
+    "found = []\n"
+    "sys.addaudithook(lambda name, given: name == 'compile' and found.append(str(given[1])))\n"
+    "import roboyard.errors, roboyard.sim\n"
+    "print(sum('/roboyard/' in file for file in found))\n"
+)
+
+
+def test_bytecode_is_stored_for_later_processes_where_python_stores_none(tmp_path: Path) -> None:
+    package = tmp_path / "source" / "roboyard"
+    shutil.copytree(Path(SOURCE) / "roboyard", package, ignore=shutil.ignore_patterns("__pycache__", "*.o"))
+    cache = tmp_path / "cache"
+    others = {
+        "PYTHONPATH": str(package.parent),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "XDG_CACHE_HOME": str(cache),
+    }
+
+    def compiled() -> int:
+        """Return how many modules a process compiles."""
+        done = python("-c", COMPILED, **others)
+        assert done.returncode == 0, done.stderr
+        return int(done.stdout)
+
+    first = compiled()
+    again = compiled()
+    assert first > 50
+    assert again <= 3, "the package, and what it needs to find the others"
+    assert not list(package.rglob("*.pyc"))
+    stored = sorted((cache / "roboyard" / "bytecode").rglob("*.pyc"))
+    assert len(stored) == first - again
+    with (package / "errors.py").open("a") as file:
+        file.write("\n")
+    assert compiled() == again + 1, "an edited module"
+    stored[0].write_bytes(stored[0].read_bytes()[:-9])
+    stored[1].write_bytes(b"junk")
+    assert compiled() == again + 2, "damaged files"
+    for folder in stored[0].parent.iterdir():
+        assert folder.stat().st_mode & 0o22 == 0
+    stored[0].parent.chmod(0o777)
+    assert compiled() == first, "a folder that others may write to"
+
+
+def test_bytecode_beside_the_sources_is_used_where_python_stores_it(tmp_path: Path) -> None:
+    package = tmp_path / "roboyard"
+    shutil.copytree(Path(SOURCE) / "roboyard", package, ignore=shutil.ignore_patterns("__pycache__", "*.o"))
+    others = {"PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", "import roboyard.errors"],
+            env={**environment, **others},
+            capture_output=True,
+            timeout=60,
+        )
+        assert done.returncode == 0, done.stderr
+    assert not (tmp_path / "cache").exists()
+    assert list(package.rglob("errors.*.pyc"))
