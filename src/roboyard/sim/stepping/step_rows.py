@@ -149,8 +149,9 @@ def layout() -> Layout | None:
     model = mujoco.MjModel.from_xml_string(_PROBE)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    energies, count = data.energy.ctypes.data, 1
-    while _words(data, count)[-1:].view(np.uint64)[0] != data.signature:  # the last one
+    energies, signature, count = data.energy.ctypes.data, data.signature, 0
+    last = energies + data.energy.nbytes
+    while ctypes.c_uint64.from_address(last + 8 * count).value != signature:  # the last word
         count += 1
         if count > _MOST_WORDS:
             return None
