@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from math import acos, asin, atan2, cos, isfinite, nan, pi, sin, sqrt
 from struct import Struct, error
 
-from roboyard.pybullet.bullet_rules.single_precision import canonical, rounded
+from roboyard.pybullet.bullet_rules.single_precision import rounded
 from roboyard.pybullet.face.errors import failure
 
 Vector = Sequence[float]
@@ -18,6 +18,9 @@ Numbers = tuple[float, ...]
 _EPSILON = 1.1920929e-07  # of a 32-bit float
 _BAD_PAIR = "Require start and end quaternion, each with 4 components [x,y,z,w]."
 _SEVEN, _EIGHT = Struct("7f"), Struct("8f")
+_PACK, _UNPACK = _SEVEN.pack, _SEVEN.unpack
+_POSES = Struct("14f")
+_PACK_POSES, _UNPACK_POSES = _POSES.pack, _POSES.unpack
 
 
 def _joined(message: str, *vectors_and_lengths: tuple[Vector, int]) -> Numbers:
@@ -52,18 +55,37 @@ def multiplyTransforms(
     Raises:
         error: a vector has the wrong length.
     """
-    message = "Invalid input: expected positionA [x,y,z], orientationA [x,y,z,w], positionB, orientationB."
-    x, y, z, ax, ay, az, aw = _pair(message, positionA, orientationA, _SEVEN, 3)
-    vx, vy, vz, bx, by, bz, bw = _pair(message, positionB, orientationB, _SEVEN, 3)
-    vx, vy, vz = _turned(ax, ay, az, aw, vx, vy, vz)
-    qx, qy, qz, qw = canonical(
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-        aw * bw - ax * bx - ay * by - az * bz,
-    )
     try:
-        out = _SEVEN.unpack(_SEVEN.pack(x + vx, y + vy, z + vz, qx, qy, qz, qw))
+        if not len(positionA) == len(positionB) == 3 == len(orientationA) - 1:
+            raise TypeError
+        x, y, z, ax, ay, az, aw, vx, vy, vz, bx, by, bz, bw = _UNPACK_POSES(
+            _PACK_POSES(*positionA, *orientationA, *positionB, *orientationB)
+        )
+    except (error, TypeError, OverflowError):
+        message = (
+            "Invalid input: expected positionA [x,y,z], orientationA [x,y,z,w], positionB, orientationB."
+        )
+        x, y, z, ax, ay, az, aw = _joined(message, (positionA, 3), (orientationA, 4))
+        vx, vy, vz, bx, by, bz, bw = _joined(message, (positionB, 3), (orientationB, 4))
+    qx = aw * bx + ax * bw + ay * bz - az * by
+    qy = aw * by - ax * bz + ay * bw + az * bx
+    qz = aw * bz + ax * by - ay * bx + az * bw
+    qw = aw * bw - ax * bx - ay * by - az * bz
+    norm = ax * ax + ay * ay + az * az + aw * aw
+    length = sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
+    if norm == 0.0:
+        return (nan,) * 3, (nan,) * 4
+    if length == 0.0:
+        length = nan
+    elif (qw if 4.0 * qw * qw > length * length else max(qx, qy, qz, key=abs)) < 0.0:
+        length = -length  # as `canonical`
+    s = 2.0 / norm  # as `_turned`
+    cx, cy, cz = s * (ay * vz - az * vy), s * (az * vx - ax * vz), s * (ax * vy - ay * vx)
+    vx = vx + aw * cx + ay * cz - az * cy
+    vy = vy + aw * cy + az * cx - ax * cz
+    vz = vz + aw * cz + ax * cy - ay * cx
+    try:
+        out = _UNPACK(_PACK(x + vx, y + vy, z + vz, qx / length, qy / length, qz / length, qw / length))
     except OverflowError:
         out = (nan,) * 7
     return out[:3], out[3:]
@@ -77,10 +99,29 @@ def invertTransform(
     Raises:
         error: a vector has the wrong length.
     """
-    message = "Invalid input: expected position [x,y,z] and orientation [x,y,z,w]."
-    px, py, pz, x, y, z, w = _pair(message, position, orientation, _SEVEN, 3)
-    vx, vy, vz = _turned(-x, -y, -z, w, px, py, pz)
-    out = rounded(-vx, -vy, -vz, *canonical(-x, -y, -z, w))
+    try:
+        if len(position) != 3:
+            raise TypeError
+        vx, vy, vz, x, y, z, w = _UNPACK(_PACK(*position, *orientation))
+    except (error, TypeError, OverflowError):
+        message = "Invalid input: expected position [x,y,z] and orientation [x,y,z,w]."
+        vx, vy, vz, x, y, z, w = _joined(message, (position, 3), (orientation, 4))
+    x, y, z = -x, -y, -z
+    norm = x * x + y * y + z * z + w * w
+    if norm == 0.0:
+        return (nan,) * 3, (nan,) * 4
+    length = sqrt(norm)
+    if (w if 4.0 * w * w > length * length else max(x, y, z, key=abs)) < 0.0:
+        length = -length  # as `canonical`
+    s = 2.0 / norm  # as `_turned`
+    cx, cy, cz = s * (y * vz - z * vy), s * (z * vx - x * vz), s * (x * vy - y * vx)
+    vx = vx + w * cx + y * cz - z * cy
+    vy = vy + w * cy + z * cx - x * cz
+    vz = vz + w * cz + x * cy - y * cx
+    try:
+        out = _UNPACK(_PACK(-vx, -vy, -vz, x / length, y / length, z / length, w / length))
+    except OverflowError:
+        out = (nan,) * 7
     return out[:3], out[3:]
 
 
