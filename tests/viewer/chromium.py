@@ -127,7 +127,8 @@ class Page:
 
     def press(self, key: str) -> None:
         """Press and release a named key, such as "Home"."""
-        codes = {"Home": 36, "End": 35, "ArrowLeft": 37, "ArrowRight": 39, "Enter": 13}
+        codes = {"Home": 36, "End": 35, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40}
+        codes |= {"Enter": 13, "Tab": 9}
         for kind in ("rawKeyDown", "keyUp"):
             self._call(
                 "Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=codes[key]

@@ -152,6 +152,12 @@ GRIPPER = """
 """
 
 
+@pytest.fixture(scope="session")
+def gripper_text() -> str:
+    """Return the URDF of a gripper whose right finger follows the left one."""
+    return GRIPPER
+
+
 @pytest.fixture
 def gripper(tmp_path: Any) -> Any:
     """Return the URDF file of a gripper whose right finger follows the left one."""

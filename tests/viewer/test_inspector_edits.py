@@ -361,8 +361,8 @@ def test_checks_list_violations_and_show_their_links(inspect, gripper: Path, bro
         uuid=checks.buttons["collision shapes fit"]._impl.uuid,
         updates={"value": True},
     )
-    wait(lambda: inspector.tick(0.01) or inspector.links.choice.value.strip().startswith(("left", "right")))
-    assert inspector.links.choice.value.strip().startswith(fits.violations[0].link)
+    wait(lambda: inspector.tick(0.01) or inspector.links.picked is not None)
+    assert inspector.links.picked.name == fits.violations[0].link
     moved = page.listen(lambda m: m["type"] == "SetCameraLookAtMessage" and not m["initial"])
     left = inspector.world.bounds_of(np.array([inspector.body.link(fits.violations[0].link).mujoco_id]))
     np.testing.assert_allclose(moved["look_at"], left.mean(axis=0), atol=1e-6)

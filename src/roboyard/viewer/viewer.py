@@ -215,6 +215,16 @@ class Viewer:
         with self._publishing, self.server.atomic():
             self.nodes.set_visible(visible)
 
+    def show_link(self, link: Link, visible: bool) -> None:
+        """Show or hide the visual shapes of one link."""
+        with self._publishing, self.server.atomic():
+            self.nodes.hide((link.body.id, link.index), not visible)
+
+    def fade_link(self, link: Link, opacity: float) -> None:
+        """Draw the visual shapes of one link with a share of their opacity, up to 1."""
+        with self._publishing, self.server.atomic():
+            self.nodes.fade((link.body.id, link.index), opacity)
+
     def path_of(self, link: Link) -> str:
         """Return the path of a link's frame in the page's scene; nodes added below it move with the link."""
         return self._links.paths[(link.body.id, link.index)]

@@ -15,6 +15,7 @@ from roboyard.sim.body import Body
 from roboyard.viewer.bar.bar import Controls
 from roboyard.viewer.inspector.lead import Lead
 from roboyard.viewer.inspector.panels.all_panels import Panels
+from roboyard.viewer.inspector.panels.link_tree import Kept
 from roboyard.viewer.inspector.read_robot import ReadRobot, read_robot
 from roboyard.viewer.inspector.robot_source import RobotSource
 from roboyard.viewer.page.markdown import plain
@@ -93,7 +94,7 @@ class Inspector:
             raise
         self.viewer.first_view.aim()
         self._add_time(self.viewer.server.gui)
-        self._add_panels({})
+        self._add_panels({}, {})
         self._show_status()
 
     def _spawn(self, robot: ReadRobot) -> None:
@@ -117,6 +118,7 @@ class Inspector:
         self._end_wiggle()
         self.play(False)
         shown = {label: box.value for label, box in self.switches.items()}
+        kept = self.links.tree.kept()
         self.viewer.grab.release(self.world)
         self.panels.remove()
         self.world.remove(self.body)
@@ -127,7 +129,7 @@ class Inspector:
             raise
         finally:
             self.viewer.sync(wait=True)
-            self._add_panels(shown)
+            self._add_panels(shown, kept)
         self.panels.save.message.content = message
         self._after_motion()
 
@@ -158,8 +160,8 @@ class Inspector:
         self.gravity_box.on_update(lambda event: self.do(lambda on=event.target.value: self.set_gravity(on)))
         self.hold_box.on_update(lambda event: self.do(lambda on=event.target.value: self.joints.hold(on)))
 
-    def _add_panels(self, shown: Mapping[str, bool]) -> None:
-        """Add the tabs of the robot; `shown` has the values of the switches in the tab Look."""
+    def _add_panels(self, shown: Mapping[str, bool], kept: Kept) -> None:
+        """Add the tabs of the robot; `shown` and `kept` have what the tab Look showed of the one before."""
         self.panels = Panels(
             viewer=self.viewer,
             world=self.world,
@@ -181,6 +183,7 @@ class Inspector:
             if shown.get(label, box.value) != box.value:
                 box.value = shown[label]
                 panels.switch(label, shown[label])
+        self.links.tree.keep(kept)
 
     def _on_click(self, owner: tuple[int, int]) -> None:
         body_id, index = owner
@@ -273,6 +276,7 @@ class Inspector:
         """Execute the page's requests, then simulate `elapsed` seconds unless paused."""
         if self._requests.execute_all():
             self.panels.history.note()
+            self.links.tree.update()
             self._after_motion()
         if self.is_playing:
             passed = LONGEST_CATCH_UP if self.speed is None else self.speed * elapsed

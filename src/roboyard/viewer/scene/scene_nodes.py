@@ -60,6 +60,8 @@ class SceneNodes:
         self._visible = True
         self._wireframe = False
         self._tinted: tuple[int, int] | None = None
+        self._hidden: set[tuple[int, int]] = set()
+        self._opacity: dict[tuple[int, int], float] = {}
         self.is_detailed = False
         """Whether new shapes are sent with all their triangles, and `refine` replaces coarse ones."""
         self._coarse = CoarseMeshes()
@@ -76,7 +78,7 @@ class SceneNodes:
         needed: dict[Look, RenderShape] = {}
         for shape in shapes:
             if shape.owner in links.paths:
-                drawn = _tinted(shape) if shape.owner == self._tinted else shape
+                drawn = self._painted(shape)
                 needed[_look(links.paths[shape.owner], drawn)] = drawn
         for look in [look for look in self._shapes if look not in needed]:
             handle, _ = self._shapes.pop(look)
@@ -143,7 +145,8 @@ class SceneNodes:
             if self._wireframe and not shape.infinite:
                 color = tuple(round(255 * value) for value in shape.rgba[:3])
                 data: tuple[Any, ...] = triangles(shape)
-                add = partial(self._scene.add_mesh_simple, color=color, wireframe=True)
+                opacity = shape.rgba[3] if shape.rgba[3] < 1.0 else None
+                add = partial(self._scene.add_mesh_simple, color=color, wireframe=True, opacity=opacity)
             else:
                 data = (glb(shape),)
                 add = self._scene.add_glb
@@ -157,7 +160,7 @@ class SceneNodes:
             position=tuple(float(v) for v in shape.position),
             wxyz=tuple(to_wxyz(quaternion_from_matrix(np.asarray(shape.rotation, dtype=float)))),
             cast_shadow=not _is_ground(shape),
-            visible=self._visible or shape.infinite,
+            visible=self._is_visible(shape),
         )
         if self.on_click is not None:
             click, owner = self.on_click, shape.owner
@@ -216,16 +219,46 @@ class SceneNodes:
         self._visible = visible
         self._drop_replaced()
         for handle, shape in self._shapes.values():
-            handle.visible = visible or shape.infinite
+            handle.visible = self._is_visible(shape)
+
+    def _is_visible(self, shape: RenderShape) -> bool:
+        return shape.infinite or (self._visible and shape.owner not in self._hidden)
+
+    def hide(self, owner: tuple[int, int], hidden: bool) -> None:
+        """Hide the shapes of a link (body id, link index), or show them again."""
+        (self._hidden.add if hidden else self._hidden.discard)(owner)
+        self._drop_replaced()
+        for handle, shape in self._shapes.values():
+            if shape.owner == owner:
+                handle.visible = self._is_visible(shape)
+
+    def fade(self, owner: tuple[int, int], opacity: float) -> None:
+        """Multiply the opacity of the shapes of a link (body id, link index) by a factor up to 1."""
+        if opacity != self._opacity.get(owner, 1.0):
+            self._opacity[owner] = opacity
+            self._repaint()
+
+    def _painted(self, shape: RenderShape) -> RenderShape:
+        """Return a shape in the colour and opacity in which it is drawn."""
+        drawn = _tinted(shape) if shape.owner == self._tinted else shape
+        opacity = self._opacity.get(shape.owner, 1.0)
+        if opacity == 1.0:
+            return drawn
+        r, g, b, alpha = drawn.rgba
+        return replace(drawn, rgba=(r, g, b, alpha * opacity))
+
+    def _repaint(self) -> None:
+        """Send the shapes whose colour or opacity changed."""
+        shapes, self._shown = self._shown, None
+        if shapes is not None and self._links is not None:
+            self.show(shapes, self._links)
 
     def tint(self, owner: tuple[int, int] | None) -> None:
         """Draw the shapes of a link (body id, link index) in `HIGHLIGHT`; None: of no link."""
         if owner == self._tinted:
             return
         self._tinted = owner
-        shapes, self._shown = self._shown, None
-        if shapes is not None and self._links is not None:
-            self.show(shapes, self._links)
+        self._repaint()
 
     def move(self, positions: NDArray, quaternions: NDArray) -> int:
         """Send the poses of links that moved; returns their number.

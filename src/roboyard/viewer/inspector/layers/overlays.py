@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.rendering.scene import RenderShape
-from roboyard.transforms import Array, quaternion_from_matrix, to_wxyz
+from roboyard.transforms import Array
 from roboyard.viewer.inspector.edits.edit_state import EditState
+from roboyard.viewer.inspector.layers.link_layer import Drawn, LinkLayer, ShapeLayer
 from roboyard.viewer.inspector.layers.sensor_layer import SensorLayer
 from roboyard.viewer.inspector.layers.sphere_layer import SphereLayer
-from roboyard.viewer.scene.glb import glb
 
 if TYPE_CHECKING:
+    from roboyard.description.model import Link as LinkDescription
     from roboyard.description.semantic import SemanticDescription
     from roboyard.sim.body import Body
+    from roboyard.sim.link import Link
     from roboyard.viewer.viewer import Viewer
 
-GREEN = (0.15, 0.85, 0.25, 0.45)
+GREEN, GREEN_OPACITY = (0.15, 0.85, 0.25), 0.45
 VIOLET = (150, 70, 200)
 YELLOW = (250, 200, 40)
 BLUE = (40, 110, 230)
@@ -50,17 +51,23 @@ class Overlays:
         self.size = float(np.clip(np.linalg.norm(np.ptp(body.bounds, axis=0)), 0.1, 5.0))
         """Size of the robot (m), which scales the overlays."""
         self._makers: dict[str, Callable[[], list[Any]]] = {
-            "collision shapes": self._collisions,
             "inertia boxes": self._inertias,
             "centres of mass": self._centres,
             "frames": self._frames,
             "joint axes": self._axes,
             "contacts": self._contacts,
-            PARTS: self._parts,
         }
+        self.collisions = ShapeLayer(
+            viewer, body, "collision", GREEN_OPACITY, self._collisions_of, lambda _: GREEN
+        )
+        self.parts = ShapeLayer(
+            viewer, body, "part", 1.0, self._drawn_of, lambda name: self._part_colours[name][:3]
+        )
         self.spheres = SphereLayer(viewer, body, edits, on_pick)
         self.sensors = SensorLayer(viewer, body, edits, self.size)
-        self._layers: dict[str, SphereLayer | SensorLayer] = {
+        self._layers: dict[str, LinkLayer | SensorLayer] = {
+            "collision shapes": self.collisions,
+            PARTS: self.parts,
             "planning spheres": self.spheres,
             "sensors and tools": self.sensors,
         }
@@ -68,13 +75,13 @@ class Overlays:
     @property
     def kinds(self) -> tuple[str, ...]:
         """Names of the overlays."""
-        return (*self._makers, *self._layers)
+        first, *rest = self._layers
+        return (first, *self._makers, *rest)
 
     def nodes(self, kind: str) -> list[Any]:
         """Return the scene nodes of an overlay; none before it was first shown."""
         if kind in self._layers:
-            nodes = self._layers[kind].nodes
-            return list(nodes.values() if isinstance(nodes, dict) else nodes)
+            return self._layers[kind].all_nodes
         return self._made.get(kind, [])
 
     def switch(self, kind: str, on: bool) -> None:
@@ -98,7 +105,7 @@ class Overlays:
     def remove(self) -> None:
         """Remove all overlays from the scene."""
         with self._viewer.server.atomic():
-            for layer in self._layers.values():
+            for layer in (self.collisions, self.parts, self.spheres, self.sensors):
                 layer.clear()
             self.sensors.scans.clear()
             for nodes in self._made.values():
@@ -117,24 +124,27 @@ class Overlays:
 
     # ------------------------------------------------------------------------------------------------ kinds
 
-    def _collisions(self) -> list[Any]:
-        from roboyard.description.model import Material
-        from roboyard.sim.appearance.shape_appearance import render_shape
+    def _collisions_of(self, link: Link) -> list[Drawn]:
+        source = self._source_of(link)
+        return [] if source is None else [(one.geometry, one.origin) for one in source.collisions]
 
-        made = []
+    def _drawn_of(self, link: Link) -> list[Drawn]:
+        """Return the visual shapes of a link; its collision shapes if the robot has no visual ones."""
+        source = self._source_of(link)
+        if source is None:
+            return []
+        return [
+            (one.geometry, one.origin) for one in (source.visuals if self._has_visuals else source.collisions)
+        ]
+
+    def _source_of(self, link: Link) -> LinkDescription | None:
         description = self._body.description
-        by_name = {} if description is None else description.link_by_name
-        for link in self._body.links:
-            source = by_name.get(link.name)
-            for k, collision in enumerate(source.collisions if source is not None else ()):
-                shape = render_shape(
-                    collision.geometry, collision.origin, Material(rgba=GREEN), self._body.scale, (0, 0)
-                )
-                if shape is not None:
-                    node = self._add_shape(f"{self._viewer.path_of(link)}/collision {k + 1}", shape)
-                    self._let_pick(node, (self._body.id, link.index))
-                    made.append(node)
-        return made
+        return None if description is None else description.link_by_name.get(link.name)
+
+    @cached_property
+    def _has_visuals(self) -> bool:
+        description = self._body.description
+        return description is not None and any(link.visuals for link in description.links)
 
     @cached_property
     def semantic(self) -> SemanticDescription | None:
@@ -144,42 +154,12 @@ class Overlays:
         description = self._body.description
         return None if description is None else infer_semantics(description)
 
-    def _parts(self) -> list[Any]:
-        from roboyard.description.model import Material
+    @cached_property
+    def _part_colours(self) -> dict[str, tuple[float, float, float, float]]:
         from roboyard.morphology.part_colours import colours_of_links
-        from roboyard.sim.appearance.shape_appearance import render_shape
 
         description, semantic = self._body.description, self.semantic
-        if description is None or semantic is None:
-            return []
-        made, colours = [], colours_of_links(description, semantic)
-        has_visuals = any(link.visuals for link in description.links)
-        for link in self._body.links:
-            source = description.link_by_name[link.name]
-            paint = Material(rgba=colours[link.name])
-            for k, drawn in enumerate(source.visuals if has_visuals else source.collisions):
-                shape = render_shape(drawn.geometry, drawn.origin, paint, self._body.scale, (0, 0))
-                if shape is not None:
-                    node = self._add_shape(f"{self._viewer.path_of(link)}/part {k + 1}", shape)
-                    self._let_pick(node, (self._body.id, link.index))
-                    made.append(node)
-        return made
-
-    def _let_pick(self, node: Any, owner: tuple[int, int]) -> None:
-        """Let a click on this node select the link."""
-        click = self._viewer.nodes.on_click
-        if click is not None:
-            node.on_click(lambda _: click(owner))
-
-    def _add_shape(self, name: str, shape: RenderShape) -> Any:
-        return self._scene.add_glb(
-            name,
-            glb(shape),
-            position=np.asarray(shape.position, dtype=float),
-            wxyz=to_wxyz(quaternion_from_matrix(np.asarray(shape.rotation, dtype=float))),
-            cast_shadow=False,
-            receive_shadow=False,
-        )
+        return {} if description is None or semantic is None else colours_of_links(description, semantic)
 
     def _inertias(self) -> list[Any]:
         model = self._body.world.model

@@ -42,6 +42,11 @@ class SensorLayer:
         self.picked: SensorPose | None = None
         self.scans = Scans(viewer.server)
 
+    @property
+    def all_nodes(self) -> list[Any]:
+        """The nodes of all sensors."""
+        return list(self.nodes)
+
     def path_of(self, sensor: SensorPose) -> tuple[str, Array] | None:
         """Return the parent node of a sensor and its (4, 4) pose there (m); None: the link does not exist."""
         name, pose = self._edits.place_of(sensor)

@@ -14,13 +14,15 @@ from roboyard.viewer.inspector.checks import CheckContext
 from roboyard.viewer.inspector.edits.edit_state import EditState
 from roboyard.viewer.inspector.edits.history import History
 from roboyard.viewer.inspector.layers.gizmo import Gizmo
+from roboyard.viewer.inspector.layers.link_layer import VisualLayer
 from roboyard.viewer.inspector.layers.overlays import PARTS, Overlays
 from roboyard.viewer.inspector.overlaps import overlaps
 from roboyard.viewer.inspector.panels.camera_panel import CameraPanel
 from roboyard.viewer.inspector.panels.check_panel import CheckPanel
+from roboyard.viewer.inspector.panels.findings import findings_text
 from roboyard.viewer.inspector.panels.joint_panel import JointPanel
 from roboyard.viewer.inspector.panels.legend import legend
-from roboyard.viewer.inspector.panels.link_panel import LinkPanel, findings_text
+from roboyard.viewer.inspector.panels.link_panel import LinkPanel
 from roboyard.viewer.inspector.panels.pair_panel import PairPanel
 from roboyard.viewer.inspector.panels.save_panel import SavePanel
 from roboyard.viewer.inspector.panels.sensor_panel import SensorPanel
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
 
 Do = Callable[[Callable[[], None]], None]
 VISUALS = "visual meshes"
-SPHERES, SENSORS = "planning spheres", "sensors and tools"
+COLLISIONS, SPHERES, SENSORS = "collision shapes", "planning spheres", "sensors and tools"
 HANDLE = 0.12
 """Size of a handle, as a fraction of the robot's size."""
 NEAREST, TIMES = 0.25, 3.0
@@ -75,18 +77,32 @@ class Panels:
         self._definition = _definition_of(source)
         self._do = do
         self.overlays = Overlays(viewer, body, edits, self._pick_sphere)
+        self.visuals = VisualLayer(viewer, body)
         self._gizmo = Gizmo(viewer, do, HANDLE * self.overlays.size)
         self.switches: dict[str, Any] = {}
         self._on_switch: dict[str, Callable[[bool], None]] = {}
         gui = viewer.server.gui
         self._tabs = gui.add_tab_group()
         with self._tabs.add_tab("Look"):
-            self._add_switch(VISUALS, True, lambda _: self._show_visuals())
+            self._add_switch(VISUALS, True, self._show_visuals)
             for kind in self.overlays.kinds:
                 self._add_switch(kind, False, lambda on, kind=kind: self._show(kind, on))
             self.legend = gui.add_html("", visible=False)
+            layers = {
+                VISUALS: self.visuals,
+                COLLISIONS: self.overlays.collisions,
+                SPHERES: self.overlays.spheres,
+            }
             with gui.add_folder("Links"):
-                self.links = LinkPanel(gui, body, audit, viewer.highlight)
+                self.links = LinkPanel(
+                    viewer.server,
+                    body,
+                    audit,
+                    layers,
+                    do,
+                    viewer.highlight,
+                    self._after_tree,
+                )
             with gui.add_folder("Picture", expand_by_default=False):
                 self.camera = CameraPanel(gui, world, do)
         with self._tabs.add_tab("Move"):
@@ -109,7 +125,7 @@ class Panels:
                 )
             with gui.add_folder("Spheres", expand_by_default=False):
                 self.spheres = SpherePanel(
-                    gui, body, edits, self.overlays.spheres, self._gizmo, do, lambda: self._reveal(SPHERES)
+                    gui, body, edits, self.overlays.spheres, self._gizmo, do, self._reveal_spheres
                 )
             with gui.add_folder("Pairs", expand_by_default=False):
                 self.pairs = PairPanel(gui, body, edits, do, viewer.highlight, lambda: overlaps(body))
@@ -122,7 +138,12 @@ class Panels:
     def _add_switch(self, label: str, on: bool, switch: Callable[[bool], None]) -> None:
         box = self.switches[label] = self._viewer.server.gui.add_checkbox(label, on)
         self._on_switch[label] = switch
-        box.on_update(lambda event: self._do(lambda on=event.target.value: switch(on)))
+
+        @box.on_update
+        def _(event: Any) -> None:
+            on = event.target.value
+            if event.client_id is not None:
+                self._do(lambda: switch(on))
 
     def switch(self, label: str, on: bool) -> None:
         """Switch an overlay of the tab Look."""
@@ -133,16 +154,37 @@ class Panels:
         if kind == PARTS:
             self.legend.content = legend(self.overlays.semantic) if on else ""
             self.legend.visible = on
-            self._show_visuals()
+            self._viewer.show_visuals(not on)  # the coloured parts take their place
+            if on and self.visuals.is_on:
+                self._show_parts()
+        self.links.tree.update()
 
-    def _show_visuals(self) -> None:
-        """Show the visual meshes where they are switched on and no coloured parts take their place."""
-        self._viewer.show_visuals(bool(self.switches[VISUALS].value) and not self.overlays.is_on(PARTS))
+    def _show_visuals(self, on: bool) -> None:
+        self.visuals.show(on)
+        self.links.tree.update()
+
+    def _show_parts(self) -> None:
+        """Show the coloured parts of the links whose visual meshes are switched on."""
+        for link in self._body.links:
+            self.overlays.parts.show_link(link.name, link.name in self.visuals.shown)
+            self.overlays.parts.fade(link.name, self.visuals.opacity_of(link.name))
+
+    def _after_tree(self) -> None:
+        """Make the switches agree with the tree of links."""
+        for kind, layer in self.links.tree.layers.items():
+            self.switches[kind].value = layer.is_on
+        if self.switches[PARTS].value:
+            self._show_parts()
+        self.links.tree.update()
 
     def _reveal(self, kind: str) -> None:
         if not self.overlays.is_on(kind):
             self.switches[kind].value = True
             self.overlays.switch(kind, True)
+
+    def _reveal_spheres(self, link: str) -> None:
+        self._reveal(SPHERES)
+        self.overlays.spheres.show_link(link, True)
 
     def _pick_sphere(self, link: str, index: int) -> None:
         self._do(lambda: self.spheres.pick(link, index))
@@ -192,6 +234,7 @@ class Panels:
     def remove(self) -> None:
         """Remove all elements."""
         self._gizmo.release()
+        self.links.tree.remove()
         self.overlays.remove()
         self._tabs.remove()
         self._viewer.highlight(None)

@@ -30,9 +30,9 @@ class SpherePanel:
         layer: SphereLayer,
         gizmo: Gizmo,
         do: Callable[[Callable[[], None]], None],
-        reveal: Callable[[], None],
+        reveal: Callable[[str], None],
     ) -> None:
-        """Add the panel's elements; `reveal` shows the layer."""
+        """Add the panel's elements; `reveal` shows the spheres of a link."""
         self._reveal = reveal
         self._body, self._edits, self._layer, self._gizmo, self._do = body, edits, layer, gizmo, do
         links = tuple(link.name for link in body.links)
@@ -81,7 +81,7 @@ class SpherePanel:
             return
         before = self.link
         if index is not None:
-            self._reveal()
+            self._reveal(link)
         self.link_choice.value = link
         self._index = index
         self._layer.picked = sphere = self.picked
@@ -101,7 +101,7 @@ class SpherePanel:
         self.pick(
             self.link, min(self._index or 0, len(spheres) - 1) if spheres and self._layer.is_on else None
         )
-        self._layer.show(self._layer.is_on)
+        self._layer.redraw()
 
     def _chosen(self) -> None:
         value = str(self.sphere_choice.value)
@@ -158,7 +158,7 @@ class SpherePanel:
 
     def _show_handle(self) -> None:
         sphere = self.picked
-        if sphere is None or not (self.handle_box.value and self._layer.is_on):
+        if sphere is None or not (self.handle_box.value and self.link in self._layer.shown):
             self._gizmo.release()
             return
         path = self._layer.path_of(self.link)
