@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ DISTANCES = (2.9, 2.2, 1.7)
 """Distances from the robot's middle that are tried (robot heights)."""
 SEEN = (0.1, 0.5, 0.95)
 """Heights of the points that must be visible (robot heights)."""
-ELEVATIONS = (28.0, 50.0)
+ELEVATIONS = (28.0, 40.0, 50.0)
 """Angles above the horizon that are tried (degrees)."""
 TURNS = (0.0, 30.0, -30.0, 60.0, -60.0, 100.0, -100.0, 140.0, -140.0, 180.0)
 """Angles from behind the robot that are tried (degrees)."""
@@ -49,8 +50,8 @@ def look_from_behind(viewer: Viewer, robot: Robot, client: Any = None) -> None:
 def clear_viewpoint(robot: Robot) -> tuple[Array, Array]:
     """Return position and target of a camera, each (3,) m, from which nothing hides the robot.
 
-    It is behind and above the robot where that view is free, else nearer or at another angle; where no view
-    is free, it is behind and above all the same.
+    It is in the robot's room where a view from there is free, behind and above the robot if possible, else
+    nearer or at another angle; otherwise it looks over a wall. Where no view is free, it is behind and above.
     """
     position, quaternion = robot.base_link.pose
     forward = matrix_from_quaternion(quaternion)[:, 0]
@@ -59,13 +60,20 @@ def clear_viewpoint(robot: Robot) -> tuple[Array, Array]:
     height = max(float(upper[2] - lower[2]), MIN_HEIGHT)
     target = np.array([position[0], position[1], lower[2] + 0.5 * height])
     points = [np.array([position[0], position[1], lower[2] + share * height]) for share in SEEN]
-    for distance in DISTANCES:
-        for elevation in ELEVATIONS:
-            for turn in TURNS:
-                away = distance * height * _direction(behind + math.radians(turn), elevation)
-                if all(_is_free(robot, point, target + away) for point in points):
-                    return target + away, target
+    for is_inside in (True, False):
+        for elevation, distance, turn in itertools.product(ELEVATIONS, DISTANCES, TURNS):
+            eye = target + distance * height * _direction(behind + math.radians(turn), elevation)
+            wall_free = not is_inside or _is_free(robot, target, np.array([eye[0], eye[1], target[2]]))
+            if wall_free and all(_is_free(robot, point, eye) for point in points):
+                return eye, target
     return target + DISTANCES[0] * height * _direction(behind, ELEVATIONS[-1]), target
+
+
+def seen_heights(robot: Robot) -> list[float]:
+    """Return the heights above the base link (m) of the points of a robot that a page should see."""
+    lower, upper = robot.body.bounds[:, 2]
+    height = max(float(upper - lower), MIN_HEIGHT)
+    return [float(lower) + share * height - float(robot.base_link.pose[0][2]) for share in SEEN]
 
 
 def _direction(azimuth: float, elevation: float) -> Array:

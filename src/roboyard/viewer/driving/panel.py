@@ -30,6 +30,9 @@ class DrivingPanel:
         self._of_robot: list[Any] = []
         self.status = gui.add_markdown("")
         self.follow_box = gui.add_checkbox("camera follows the robot", True)
+        self.through_box = gui.add_checkbox(
+            "see through walls", True, hint="walls and furniture between the camera and the robot fade"
+        )
         self.handles_box = gui.add_checkbox(
             "end effector handles", True, hint="drag a handle; the arm moves its end effector there"
         )
@@ -55,6 +58,9 @@ class DrivingPanel:
             self._add_moments(gui)
         do = session.requests.do
         self.follow_box.on_update(lambda event: do(lambda on=event.target.value: session.set_follow(on)))
+        self.through_box.on_update(
+            lambda event: do(lambda on=event.target.value: session.set_see_through(on))
+        )
         self.handles_box.on_update(
             lambda event: do(lambda on=event.target.value: session.ik_handles.show(on))
         )
@@ -99,6 +105,11 @@ class DrivingPanel:
     def follows_robot(self) -> bool:
         """Whether the camera follows the robot."""
         return bool(self.follow_box.value)
+
+    @property
+    def sees_through(self) -> bool:
+        """Whether walls and furniture that hide the robot fade in pages."""
+        return bool(self.through_box.value)
 
     def show_robot(self) -> None:
         """Show the buttons and choices of the session's robot."""

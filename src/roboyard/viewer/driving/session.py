@@ -15,7 +15,7 @@ from roboyard.recording.state_log import StateLog
 from roboyard.rendering import Camera
 from roboyard.viewer.bar.bar import Controls
 from roboyard.viewer.driving.action_source import KEY_NAMES, ActionSource
-from roboyard.viewer.driving.aim import look_from_behind
+from roboyard.viewer.driving.aim import look_from_behind, seen_heights
 from roboyard.viewer.driving.ik_handles import IkHandles
 from roboyard.viewer.driving.video import HEIGHT, WIDTH, VideoRecording, free_file, is_same_scene, moment_of
 from roboyard.viewer.page.joysticks import Joysticks
@@ -24,6 +24,7 @@ from roboyard.viewer.page.requests import RequestQueue
 from roboyard.viewer.page.server import DEFAULT_PORT
 from roboyard.viewer.scene.follow import Follow
 from roboyard.viewer.scene.scans import Scans
+from roboyard.viewer.scene.see_through import SeeThrough
 from roboyard.viewer.viewer import Viewer
 
 if TYPE_CHECKING:
@@ -40,6 +41,11 @@ class SessionPanel(Protocol):
     @property
     def follows_robot(self) -> bool:
         """Whether the camera follows the robot."""
+        ...
+
+    @property
+    def sees_through(self) -> bool:
+        """Whether walls and furniture that hide the robot fade in pages."""
         ...
 
     def show_robot(self) -> None:
@@ -98,6 +104,7 @@ class DrivingSession:
         self.keys.subscribe(self._events.put)
         self.joysticks = Joysticks(server)
         self.follow = Follow(server)
+        self.see_through = SeeThrough(server)
         self.recording = VideoRecording()
         self.filmed_client: int | None = None
         """Number of the client whose page started the video; None: no page did."""
@@ -146,6 +153,7 @@ class DrivingSession:
         self.viewer.time_folder.setup = self.scene_setup.setup
         self._panel.show_robot()
         self.set_follow(self._panel.follows_robot)
+        self.set_see_through(self._panel.sees_through)
         self.show_status()
 
     # --------------------------------------------------------------------------------------------- requests
@@ -189,6 +197,13 @@ class DrivingSession:
     def set_follow(self, follow: bool) -> None:
         """Let the camera follow the robot, or stay."""
         self.follow.set(self.viewer.path_of(self.robot.base_link) if follow else None)
+
+    def set_see_through(self, on: bool) -> None:
+        """Fade walls and furniture between the cameras of pages and the robot, or show them."""
+        if on:
+            self.see_through.keep(self.viewer.path_of(self.robot.base_link), seen_heights(self.robot))
+        else:
+            self.see_through.clear()
 
     def play(self, playing: bool) -> None:
         """Run or pause the simulation."""
