@@ -10,7 +10,7 @@ import pytest
 from roboyard.description import load_description
 from roboyard.description.evidence.read import read_evidence
 from roboyard.morphology.analyze import infer_semantics
-from roboyard.morphology.sensors.rays import hit_fraction
+from roboyard.morphology.sensors.rays import hit_fraction, triangles_near
 from roboyard.morphology.sensors.views import camera_view, with_camera_views
 from roboyard.transforms import Array, matrix_from_quaternion
 
@@ -87,6 +87,46 @@ def test_rays_agree_with_a_sphere(seed: int) -> None:
     share = hit_fraction(np.asarray(mesh.vertices)[np.asarray(mesh.faces)], start, ways, 5.0)
     along = -ways[:, 2]
     assert share == pytest.approx(np.mean(along > np.sqrt(1 - 0.25)), abs=0.03)  # within 30 degrees of -z
+
+
+def struck(triangles: Array, start: Array, ways: Array, reach: float) -> float:
+    """Return the share of rays that hit a triangle: the linear equations of each pair, solved."""
+    hits = np.zeros(len(ways), dtype=bool)
+    for a, b, c in triangles:
+        for i, way in enumerate(ways):
+            columns = np.stack([b - a, c - a, -way], axis=1)
+            if abs(np.linalg.det(columns)) < 1e-12:
+                continue
+            u, v, distance = np.linalg.solve(columns, start - a)
+            hits[i] |= min(u, v) >= 0 and u + v <= 1 and 0 < distance < reach
+    return float(hits.mean())
+
+
+@pytest.mark.parametrize("width", [0.3, 4.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_rays_agree_with_each_pair_solved(seed: int, width: float) -> None:
+    rng = np.random.default_rng(seed)
+    triangles = rng.normal(scale=0.05, size=(60, 1, 3)) + rng.normal(scale=0.02, size=(60, 3, 3))
+    triangles[::10, 2] = triangles[::10, 1]  # without an area
+    ways = rng.normal(size=3) + rng.uniform(-width, width, size=(40, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    start = rng.normal(scale=0.02, size=3)
+    share = hit_fraction(triangles, start, ways, 0.07)
+    assert share == struck(triangles, start, ways, 0.07)
+    assert share > 0
+
+
+def test_triangles_near_a_point_are_those_whose_boxes_reach_its_box() -> None:
+    rng = np.random.default_rng(0)
+    vertices = rng.uniform(-1, 1, size=(300, 3))
+    faces = rng.integers(0, 300, size=(500, 3))
+    centre = np.array([0.3, -0.2, 0.1])
+    found = triangles_near(vertices, faces, centre, 0.2)
+    corners = vertices[faces]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    expected = corners[((low < centre + 0.2) & (high > centre - 0.2)).all(axis=1)]
+    assert 0 < len(expected) < 500
+    np.testing.assert_array_equal(found, expected)
 
 
 SIDEWAYS = "1.5707963267948966 0 1.5707963267948966"

@@ -57,6 +57,13 @@ def test_the_lowest_point_is_below_the_lowest_sphere_or_the_base() -> None:
     poses = model.poses({"shoulder": shoulder, "elbow": elbow})
     assert model.lowest(poses, ["base"]) == pytest.approx(-0.1)
     assert model.lowest(poses, ["absent"]).tolist() == [np.inf] * 9
+    points = model.lowest_points(poses)
+    assert points.shape == (9, 3)
+    assert points[:, 2].tolist() == found.tolist()
+    ball = np.where((first[:, 2] < second[:, 2])[:, None], first, second)
+    beside = expected < -0.1 - 1e-9  # a sphere is lowest, not the base
+    assert beside.any()
+    assert points[beside, :2] == pytest.approx(ball[beside][:, :2], abs=0.05 * 0.13)  # 256 directions
 
 
 def test_the_largest_inertia_about_each_joint_nears_its_closed_form() -> None:

@@ -130,3 +130,13 @@ def test_listed_names_are_those_of_the_registry() -> None:
 )
 def test_texts_with_the_ending_of_a_robot_file_are_files(text: str, is_file: bool) -> None:
     assert is_robot_file(text) is is_file
+
+
+def test_a_description_is_read_once_and_again_after_an_edit(tmp_path: Path) -> None:
+    folder = place(tmp_path, "a", "yak")
+    robot = Registry(tmp_path, with_bundled=False)["yak"]
+    first = robot.description(robot.definition)
+    assert robot.description(robot.definition) is first
+    file = folder / "urdf" / "yak.urdf"
+    file.write_text(URDF.format(name="cow"))
+    assert robot.description(robot.definition).name == "cow"

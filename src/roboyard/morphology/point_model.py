@@ -60,7 +60,20 @@ class PointModel:
         """Return the (n,) height of the lowest outline point of links in (n, 4, 4) poses (m); +inf without
         any.
         """
-        return self.points(poses, links)[..., 2].min(axis=-1, initial=np.inf)
+        return self.lowest_points(poses, links)[..., 2]
+
+    def lowest_points(self, poses: Mapping[str, Array], links: Sequence[str] | None = None) -> Array:
+        """Return the (n, 3) lowest outline point of links in (n, 4, 4) poses (m); +inf without any."""
+        names = [name for name in (self.outlines if links is None else links) if name in self.outlines]
+        posed = names or [self.description.root.name]
+        batch = np.broadcast_shapes(*(poses[name].shape[:-2] for name in posed))
+        lowest = np.full((*batch, 3), np.inf)
+        for name in names:
+            pose, outline = poses[name], self.outlines[name]
+            index = (pose[..., 2, :3] @ outline.T).argmin(axis=-1)
+            point = np.einsum("...ij,...j->...i", pose[..., :3, :3], outline[index]) + pose[..., :3, 3]
+            lowest = np.where(point[..., 2:] < lowest[..., 2:], point, lowest)
+        return lowest
 
     def centre_of_mass(self, poses: Mapping[str, Array]) -> Array:
         """Return the (..., 3) centre of mass (m); the origin for a robot without mass."""

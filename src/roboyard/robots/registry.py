@@ -10,7 +10,7 @@ raises an error only when it is loaded.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from roboyard.assets import assets_root
@@ -19,6 +19,7 @@ from roboyard.errors import ConfigError, RoboyardError, unknown_name
 from roboyard.paths import data_folder
 from roboyard.robots.definition.load import load_definition
 from roboyard.robots.definition.schema import RobotDefinition
+from roboyard.untrusted.files import read_file
 from roboyard.whole_moves import finish_moves
 
 PICTURES = ("preview.png", "thumbnail.png", "picture.png")
@@ -35,6 +36,8 @@ class RegisteredRobot:
     """Folder that the definition's paths are relative to."""
     bundled: bool = False
     """Whether the robot is part of Roboyard."""
+    _read: dict[tuple[Path, bytes], RobotDescription] = field(default_factory=dict, repr=False, compare=False)
+    """The description of the URDF as it was when it was last read."""
 
     @property
     def folder(self) -> Path:
@@ -104,8 +107,14 @@ class RegisteredRobot:
             DescriptionError: it cannot be loaded.
         """
         from roboyard.description import load_description
+        from roboyard.description.urdf.xml import MAX_BYTES
 
-        return load_description(self.urdf_of(definition))
+        file = self.urdf_of(definition)
+        text = read_file(file, MAX_BYTES)
+        if (file, text) not in self._read:
+            self._read.clear()
+            self._read[file, text] = load_description(file)
+        return self._read[file, text]
 
     @property
     def sensors(self) -> Path | None:

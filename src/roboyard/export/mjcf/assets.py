@@ -19,6 +19,8 @@ from roboyard.shapes.mesh_files import STL_MAX_FACES, write_obj, write_stl
 MESHES, TEXTURES = "meshes", "textures"
 MIN_VERTICES = 4
 """Requirements of MuJoCo on a mesh."""
+FIRST = 256
+"""Vertices that are compared first; all of them only where these are too few."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -48,7 +50,7 @@ class Assets:
             digest.update(np.ascontiguousarray(array).data)
         key = digest.digest() + bytes([solid])
         if key not in self.meshes:
-            if len(np.unique(mesh.vertices.astype(np.float32), axis=0)) < MIN_VERTICES:
+            if not _has_distinct(mesh.vertices, MIN_VERTICES):
                 return None
             chosen = self._free("mesh", name.replace("/", "_"))
             suffix = ".obj" if keep_uv or len(mesh.faces) > STL_MAX_FACES else ".stl"
@@ -98,3 +100,9 @@ class Assets:
         folded = free_name(wanted.casefold(), used)
         used.add(folded)
         return wanted + folded[len(wanted.casefold()) :]
+
+
+def _has_distinct(vertices: np.ndarray, count: int) -> bool:
+    """Return whether (n, 3) vertices hold so many distinct ones, as 32-bit numbers."""
+    single = vertices.astype(np.float32)
+    return any(len(np.unique(part, axis=0)) >= count for part in (single[:FIRST], single))

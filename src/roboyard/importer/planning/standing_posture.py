@@ -102,18 +102,10 @@ def _draw(figure: PointModel, leg: Leg, rng: np.random.Generator) -> Array:
 
 
 def _lowest_points(figure: PointModel, leg: Leg, values: Array) -> Array:
-    """Return the (k, 3) lowest point of a leg for (k, n) positions of its joints (m)."""
-    points = _leg_points(figure, leg, values)
-    lowest = points[..., 2].argmin(axis=1)
-    return points[np.arange(len(points)), lowest]
-
-
-def _leg_points(figure: PointModel, leg: Leg, values: Array) -> Array:
-    """Return (k, p, 3) outline points of a leg's moved links for (k, n) positions of its joints (m)."""
+    """Return the (k, 3) lowest outline point of a leg's links for (k, n) positions of its joints (m)."""
     poses = figure.poses({name: values[:, i] for i, name in enumerate(leg.joints)})
     joint = figure.description.joint_by_name[leg.joints[0]]
-    moved = [name for name in figure.moved_links(joint) if name in figure.outlines]
-    return figure.points(poses, moved)
+    return figure.lowest_points(poses, figure.moved_links(joint))
 
 
 def _best(

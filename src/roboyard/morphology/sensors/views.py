@@ -16,7 +16,7 @@ from roboyard.description.geometry import geometry_mesh, pose_from_matrix
 from roboyard.description.model import Pose, RobotDescription
 from roboyard.description.semantic import MountedSensor, SemanticDescription
 from roboyard.kinematics.description_poses import forward_kinematics
-from roboyard.morphology.sensors.rays import hit_fraction
+from roboyard.morphology.sensors.rays import hit_fraction, triangles_near
 from roboyard.transforms import Array
 
 NEAR = 0.05
@@ -146,10 +146,8 @@ def _triangles_near(
             if mesh is None or not len(mesh.faces):
                 continue
             pose = T_link_world @ poses[name] @ visual.origin.matrix()
-            corners = (np.asarray(mesh.vertices) @ pose[:3, :3].T + pose[:3, 3])[np.asarray(mesh.faces)]
-            low, high = corners.min(axis=1), corners.max(axis=1)
-            near = ((low < position + reach) & (high > position - reach)).all(axis=1)
-            found.append(corners[near])
+            vertices = np.asarray(mesh.vertices) @ pose[:3, :3].T + pose[:3, 3]
+            found.append(triangles_near(vertices, np.asarray(mesh.faces), position, reach))
     return np.concatenate(found) if found else np.empty((0, 3, 3))
 
 
