@@ -5,6 +5,7 @@ import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
+from roboyard.errors import MeshError
 from roboyard.shapes.load import clear_cache, load_mesh
 
 TRIANGLE = "0 0 0 1 0 0 0 1 0"
@@ -197,3 +198,23 @@ def test_same_triangles_and_normals_as_pycollada(tmp_path):
     upright = load(tmp_path, document(primitive, positions=text(positions), sources=sources))
     expected = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     np.testing.assert_allclose(upright.normals[upright.faces], expected[judge.normal_index], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "numbers", ["0 0 0 1_000.0 0 0 0 1e+0 0", "\n0\t0 0 1000 0 0 0 +1. -0\n", "0 0 0 ١٠٠٠ 0 0 0 1 0"]
+)
+def test_numbers_are_those_that_python_reads(tmp_path, numbers):
+    mesh = load(tmp_path, document(TRIANGLES, positions=numbers))
+    np.testing.assert_array_equal(corners(mesh), [[[0, 0, 0], [1000, 0, 0], [0, 1, 0]]])
+
+
+@pytest.mark.parametrize("numbers", ["0 0 0 1 0 0 0 1 x", "0 0 0 1 0 0 0 1,0 0", "0 0 0 1 0 0 0 0x1 0"])
+def test_words_among_numbers_are_refused(tmp_path, numbers):
+    with pytest.raises(MeshError):
+        load(tmp_path, document(TRIANGLES, positions=numbers))
+
+
+def test_shortest_spelling_keeps_every_bit(tmp_path):
+    positions = np.random.default_rng(0).normal(size=(3, 3)) * 10.0 ** np.arange(-9, 18, 3).reshape(3, 3)
+    mesh = load(tmp_path, document(TRIANGLES, positions=" ".join(map(str, positions.ravel().tolist()))))
+    np.testing.assert_array_equal(corners(mesh)[0], positions)

@@ -20,8 +20,10 @@ from roboyard.description.model import (
 )
 from roboyard.shapes import primitives
 from roboyard.shapes.load import load_mesh, scaled
-from roboyard.shapes.mesh import TriangleMesh, read_only
+from roboyard.shapes.mesh import TriangleMesh, read_only, shared
 from roboyard.transforms import Array, matrix_from_quaternion, quaternion_from_matrix
+
+UNMOVED = Pose()
 
 
 def geometry_mesh(geometry: Geometry) -> TriangleMesh | None:
@@ -68,6 +70,8 @@ def shape_meshes(shapes: Iterable[Visual | Collision]) -> list[TriangleMesh]:
 
 def transformed_mesh(mesh: TriangleMesh, pose: Pose) -> TriangleMesh:
     """Return positions and faces of a mesh in the frame in which the mesh's own frame has `pose`."""
+    if pose.position == UNMOVED.position and pose.quaternion == UNMOVED.quaternion:
+        return TriangleMesh(vertices=shared(mesh.vertices, np.float64), faces=mesh.faces)
     rotation = matrix_from_quaternion(pose.quaternion)
     return TriangleMesh(
         vertices=read_only(mesh.vertices @ rotation.T + np.asarray(pose.position), np.float64),

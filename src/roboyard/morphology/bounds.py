@@ -9,6 +9,7 @@ import numpy as np
 from roboyard.description.geometry import geometry_mesh
 from roboyard.description.model import Collision, RobotDescription, Visual
 from roboyard.kinematics.description_poses import forward_kinematics
+from roboyard.shapes.mesh import bounding_box
 from roboyard.transforms import Array
 
 
@@ -45,7 +46,7 @@ def robot_bounds(
                 continue
             to_root = frame @ shape.origin.matrix()
             points = mesh.vertices @ to_root[:3, :3].T + to_root[:3, 3]
-            corners += [points.min(axis=0), points.max(axis=0)]
+            corners += [*bounding_box(points)]
     if not corners:
         return None
     return np.stack([np.min(corners, axis=0), np.max(corners, axis=0)])

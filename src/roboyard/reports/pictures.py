@@ -16,7 +16,7 @@ from roboyard.errors import MeshError
 from roboyard.rendering import STUDIO, Camera, RenderScene, RenderShape, png_bytes, render
 from roboyard.shapes import primitives
 from roboyard.shapes.load import load_mesh, scaled
-from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh import TriangleMesh, bounding_box
 from roboyard.shapes.simplify import for_small_pictures
 from roboyard.transforms import Array
 
@@ -79,7 +79,7 @@ class SceneView:
         lower = np.min([box[0] for box in boxes], axis=0)
         upper = np.max([box[1] for box in boxes], axis=0)
         seen = _corners(lower, upper) if around is None else around
-        target = (seen.min(axis=0) + seen.max(axis=0)) / 2.0
+        target = bounding_box(seen).sum(axis=0) / 2.0
         back = VIEW / np.linalg.norm(VIEW)
         room = 2.0 if focus and around is None else 1.1
         distance = _distance(seen - target, back, width / height) * room
@@ -238,4 +238,4 @@ def _bounds(drawn: list[RenderShape], pose: Array) -> Array:
     boxes = [s.mesh.bounds[_CORNERS, (0, 1, 2)] for s in drawn]
     clouds = [(b * s.scale) @ s.rotation.T + s.position for b, s in zip(boxes, drawn, strict=True)]
     points = np.concatenate(clouds) @ pose[:3, :3].T + pose[:3, 3]
-    return np.stack([points.min(axis=0), points.max(axis=0)])
+    return bounding_box(points)

@@ -41,8 +41,8 @@ def clustered(mesh: TriangleMesh, cells: int) -> TriangleMesh:
     """
     if not len(mesh.vertices):
         return mesh
-    lower = mesh.vertices.min(axis=0)
-    size = max(float(np.ptp(mesh.vertices, axis=0).max()) / cells, 1e-300)
+    lower, upper = mesh.bounds
+    size = max(float((upper - lower).max()) / cells, 1e-300)
     cell = np.minimum(np.floor((mesh.vertices - lower) / size), cells - 1).astype(np.int64)
     key = (cell[:, 0] * cells + cell[:, 1]) * cells + cell[:, 2]
     if mesh.uv is not None:

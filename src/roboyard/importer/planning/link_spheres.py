@@ -70,7 +70,7 @@ def _exact_spheres(shapes: Sequence[Collision]) -> tuple[CollisionSphere, ...] |
 def _fitted(
     meshes: list[TriangleMesh], preset: str, known: dict[str, dict[str, Array]]
 ) -> tuple[dict[str, Array], bool]:
-    origin = np.min([mesh.vertices.min(axis=0) for mesh in meshes], axis=0)
+    origin = np.min([mesh.bounds[0] for mesh in meshes], axis=0)
     parts: list[object] = [preset, VERSION]
     for mesh in meshes:
         parts += [np.round(mesh.vertices - origin, 9) + 0.0, mesh.faces]
@@ -99,6 +99,6 @@ def _spheres(centers: Array, radii: Array) -> tuple[CollisionSphere, ...]:
 
 
 def _extent(meshes: list[TriangleMesh]) -> float:
-    lower = np.min([mesh.vertices.min(axis=0) for mesh in meshes], axis=0)
-    upper = np.max([mesh.vertices.max(axis=0) for mesh in meshes], axis=0)
+    lower = np.min([mesh.bounds[0] for mesh in meshes], axis=0)
+    upper = np.max([mesh.bounds[1] for mesh in meshes], axis=0)
     return float((upper - lower).max())

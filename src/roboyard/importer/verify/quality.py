@@ -12,7 +12,7 @@ from roboyard.description.robot_model import CollisionSphere, RobotModel
 from roboyard.importer.context import ImportContext
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 from roboyard.shapes.coverage import Coverage, measure_coverage
-from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh import TriangleMesh, bounding_box
 from roboyard.transforms import Array
 
 VERSION = 1
@@ -54,7 +54,7 @@ def _link_facts(robot: RobotModel, link: Link, spheres: Sequence[CollisionSphere
     if not shown:
         return facts
     corners = np.concatenate([mesh.vertices for mesh in shown])
-    facts["size"] = [round(float(extent), 4) for extent in np.ptp(corners, axis=0)]
+    facts["size"] = [round(float(extent), 4) for extent in np.ptp(bounding_box(corners), axis=0)]
     hulls = shape_meshes(link.collisions)
     if not solid or not (hulls or spheres):
         return facts

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from roboyard.description.geometry import geometry_mesh
 from roboyard.description.model import Collision, Mesh, RobotDescription, Visual
 from roboyard.rendering.mesh_arrays import mesh_arrays
-from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh import TriangleMesh, bounding_box
 from roboyard.shapes.simplify import for_small_pictures
 from roboyard.transforms import matrix_from_quaternion
 
@@ -74,7 +74,7 @@ def _part(link: str, layer: str, shape: Visual | Collision, small: bool) -> Part
     colors = _plain(GREEN, len(corners))
     if isinstance(shape, Visual):
         colors = _colors(shape, mesh, len(corners))
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = bounding_box(corners)
     size = np.maximum(high - low, 1e-9)
     rows = np.zeros((len(corners), 16), dtype=np.uint8)
     places = np.round((corners - low) / size * STEPS).astype("<u2")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -97,7 +98,7 @@ def _inputs(
 
 def _corners(element: ET.Element, stride: int) -> Indices:
     """Return (m, 3, stride) indices of the triangles' corners."""
-    lists = [np.array((p.text or "").split(), dtype=np.int64) for p in element.iter("p")]
+    lists = [_numbers(p.text or "", np.int64) for p in element.iter("p")]
     lists = [numbers[: len(numbers) // stride * stride].reshape(-1, stride) for numbers in lists]
     empty = np.empty((0, 3, stride), dtype=np.int64)
     if not lists:
@@ -144,13 +145,23 @@ def _floats(source: ET.Element, ids: Mapping[str | None, ET.Element]) -> Floats:
         array = source.find("float_array")
     if array is None:
         raise ValueError(f"<source> {source.get('id')!r} has no numbers")
-    numbers = np.array((array.text or "").split(), dtype=np.float64)
+    numbers = _numbers(array.text or "", np.float64)
     stride = int(accessor.get("stride", "1")) if accessor is not None else 3
     offset = int(accessor.get("offset", "0")) if accessor is not None else 0
     if not 1 <= stride <= 64 or offset < 0:
         raise ValueError(f"a <source> has the invalid stride {stride} or offset {offset}")
     numbers = numbers[offset:]
     return numbers[: len(numbers) // stride * stride].reshape(-1, stride)
+
+
+def _numbers(text: str, dtype: type) -> NDArray:
+    """Return the (n,) numbers of a text that blanks separate."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            return np.fromstring(text, dtype=dtype, sep=" ")
+        except (DeprecationWarning, ValueError):  # not numbers alone, or spelt as only Python reads them
+            return np.array(text.split(), dtype=dtype)
 
 
 def _columns(table: Floats, count: int) -> Floats:
