@@ -1,19 +1,24 @@
 """Hours of random actions in every task: no value that is not finite, no memory that grows, no crash.
 
-    python benchmarks/soak.py [--hours 24] [--envs 64] [--tasks roboyard/Reach-v0 ...]
+    python benchmarks/soak.py [--hours 24] [--envs 64] [--tasks roboyard/Reach-v0 ...] [--log FILE] [--part 3]
 
 The hours are simulated time, of all environments together. Each action is drawn again or held for up
-to a second, and is at times the largest. Prints a row for each task; exits with 1 where one fails.
+to a second, and is at times the largest. The hours come in parts, with seeds 0, 1 and so on; all parts of a
+task run in one process, one after the other. With a log, parts are added to it as they end, those that it
+has are not run again, and the table is of all of them. Prints a row for each task; exits with 1 where one
+fails.
 """
 
 from __future__ import annotations
 
 import argparse
 import gc
+import json
+import math
 import os
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -104,29 +109,62 @@ def resident_mb() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
+def combined(parts: list[Soaked]) -> Soaked:
+    """Return the parts of a task as one result; growth is the largest of a part."""
+    return Soaked(
+        hours=sum(part.hours for part in parts),
+        episodes=sum(part.episodes for part in parts),
+        diverged=sum(part.diverged for part in parts),
+        grown=max(part.grown for part in parts),
+        cpu=sum(part.cpu for part in parts),
+        largest=max(part.largest for part in parts),
+    )
+
+
+def logged(log: Path | None) -> dict[tuple[str, int], Soaked]:
+    """Return the parts in a log by task and seed."""
+    if log is None or not log.is_file():
+        return {}
+    rows = [json.loads(line) for line in log.read_text().splitlines()]
+    return {(row["task"], row["seed"]): Soaked(**row["found"]) for row in rows}
+
+
 def main() -> int:
     """Run all tasks and print a table."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--hours", type=float, default=24.0)
+    parser.add_argument("--part", type=float, default=3.0, help="hours of a part")
     parser.add_argument("--envs", type=int, default=64)
     parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--log", type=Path, help="parts that are done, a line of JSON each")
     parser.add_argument("--tasks", nargs="*", default=[])
     given = parser.parse_args()
+    done = logged(given.log)
     print(f"{'':<26}{'hours':>7}{'episodes':>10}{'diverged':>10}{'MB more':>9}{'largest':>9}{'CPU s':>8}")
     failed = False
     for task in given.tasks or task_ids():
+        parts: list[Soaked] = []
         try:
-            found = soak(task, given.hours, given.envs, threads=given.threads)
+            for seed in range(max(1, math.ceil(given.hours / given.part - 1e-9))):
+                if (task, seed) not in done:
+                    hours = min(given.part, given.hours - seed * given.part)
+                    found = soak(task, hours, given.envs, seed=seed, threads=given.threads)
+                    done[task, seed] = found
+                    if given.log is not None:
+                        with given.log.open("a", encoding="utf-8") as file:
+                            print(json.dumps({"task": task, "seed": seed, "found": asdict(found)}), file=file)
+                parts.append(done[task, seed])
         except AssertionError as error:
             print(error, flush=True)
             failed = True
             continue
-        failed |= found.grown > MOST_GROWTH
+        total = combined(parts)
+        failed |= total.grown > MOST_GROWTH
         print(
-            f"{task:<26}{found.hours:>7.1f}{found.episodes:>10}{found.diverged:>10}{found.grown:>9.1f}"
-            f"{found.largest:>9.2g}{found.cpu:>8.0f}",
+            f"{task:<26}{total.hours:>7.1f}{total.episodes:>10}{total.diverged:>10}{total.grown:>9.1f}"
+            f"{total.largest:>9.2g}{total.cpu:>8.0f}",
             flush=True,
         )
     return int(failed)

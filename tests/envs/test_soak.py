@@ -33,3 +33,27 @@ def test_every_task_survives_random_actions(tool: Any, task: str) -> None:
     assert found.diverged == 0
     assert found.grown < tool.MOST_GROWTH
     assert 0.0 < found.largest < 1e3
+
+
+def test_a_run_that_was_cut_short_goes_on(
+    tool: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ran: list[tuple[str, float, int]] = []
+
+    def soak(task: str, hours: float, count: int, *, seed: int, threads: int) -> Any:
+        ran.append((task, hours, seed))
+        if len(ran) == 2:
+            raise KeyboardInterrupt
+        return tool.Soaked(hours=hours, episodes=count, diverged=0, grown=float(seed), cpu=1.0, largest=2.0)
+
+    log = tmp_path / "parts.jsonl"
+    monkeypatch.setattr(tool, "soak", soak)
+    monkeypatch.setattr(
+        sys, "argv", ["soak", "--hours", "7", "--log", str(log), "--tasks", "roboyard/Push-v0"]
+    )
+    with pytest.raises(KeyboardInterrupt):
+        tool.main()
+    assert tool.main() == 0
+    assert ran == [("roboyard/Push-v0", hours, seed) for hours, seed in [(3, 0), (3, 1), (3, 1), (1, 2)]]
+    row = capsys.readouterr().out.splitlines()[-1].split()
+    assert row == ["roboyard/Push-v0", "7.0", "192", "0", "2.0", "2", "3"]

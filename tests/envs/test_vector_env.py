@@ -35,22 +35,31 @@ def test_each_row_is_a_single_environment_bit_for_bit() -> None:
                 assert np.array_equal(env.reset()[0], observed[row])
 
 
-def test_the_number_of_threads_changes_nothing() -> None:
+@pytest.mark.parametrize("task", [*envs.task_ids(), "tip"])
+def test_the_number_of_threads_changes_nothing(task: str) -> None:
+    options = {"control": "tip"} if task == "tip" else {}
+
     def play(threads: int) -> np.ndarray:
-        env = envs.make_vec("roboyard/Reach-v0", 8, threads=threads, control="tip")
+        env = envs.make_vec("roboyard/Reach-v0" if options else task, 8, threads=threads, limit=7, **options)
         seen = [env.reset(seed=1)[0]]
         random = np.random.default_rng(0)
-        seen += [env.step(random.uniform(-1, 1, (8, 3)))[0] for _ in range(10)]
-        return np.stack(seen)
+        for _ in range(10):
+            observed, reward, *_ = env.step(random.uniform(-1, 1, env.action_space.shape))
+            seen.append(np.concatenate([observed, reward[:, None]], axis=1))
+        return np.concatenate([rows.ravel() for rows in seen])
 
-    assert np.array_equal(play(1), play(3))
+    first = play(1)
+    assert np.array_equal(first, play(2))
+    assert np.array_equal(first, play(3))
 
 
-def test_the_physics_is_that_of_mujocos_own_step(make_arm_task: Any) -> None:
-    env = envs.BatchEnv(make_arm_task(), 2, threads=1)
+@pytest.mark.parametrize("cone", ["elliptic", "pyramidal"])
+def test_the_physics_is_that_of_mujocos_own_step(make_arm_task: Any, cone: str) -> None:
+    env = envs.BatchEnv(make_arm_task(cone=cone), 2, threads=1)
     env.reset(seed=0)
     physics = env.runner.physics
     model = physics.batch.model
+    assert model.opt.cone == {"elliptic": 1, "pyramidal": 0}[cone]
     data = mujoco.MjData(model)
     kind = int(mujoco.mjtState.mjSTATE_INTEGRATION)
     random = np.random.default_rng(1)
@@ -63,6 +72,46 @@ def test_the_physics_is_that_of_mujocos_own_step(make_arm_task: Any) -> None:
             mujoco.mj_step(model, data)
         assert np.array_equal(data.qpos, physics.field("qpos")[1])
         assert np.array_equal(data.qvel, physics.field("qvel")[1])
+
+
+def test_a_box_slides_alike_in_the_batch_and_in_its_world(make_arm_task: Any) -> None:
+    """With pyramids, a world's own steps leave sliding to MuJoCo, as the batch does."""
+    env = envs.BatchEnv(make_arm_task(cone="pyramidal"), 1, threads=1)
+    env.reset(seed=0)
+    env.runner.env.body("box").set_velocity(np.array([0]), np.array([3.0, 1.0, 0.0]))
+    world = env.runner.show(0)
+    world.step(env.runner.task.substeps)
+    env.step(np.zeros((1, 7)))
+    assert np.allclose(world.data.qpos, env.runner.physics.field("qpos")[0], atol=1e-12)
+
+
+def test_a_function_of_the_state_is_computed_once_between_changes(make_arm_task: Any) -> None:
+    calls: list[int] = []
+
+    def middle(env: Any) -> np.ndarray:
+        calls.append(len(env.steps))
+        return env.robot.q.mean(axis=1)
+
+    def play(of: Any) -> np.ndarray:
+        task = make_arm_task(
+            observations={"a": of, "b": lambda env: 2.0 * of(env)},
+            rewards={"a": of},
+            terminations={"high": lambda env: of(env) > 0.08},
+            limit=4,
+        )
+        env = envs.BatchEnv(task, 2)
+        seen = [env.reset(seed=0)[0]]
+        calls.clear()
+        random = np.random.default_rng(0)
+        for _ in range(9):
+            observed, reward, *_, info = env.step(random.uniform(-1, 1, (2, 7)))
+            seen += [observed, reward, info.get("final_obs", observed)]
+        return np.concatenate([rows.ravel() for rows in seen])
+
+    plain, plain_calls = play(middle), 4 * 9
+    assert len(calls) >= plain_calls
+    assert np.array_equal(play(lambda env: env.once(middle)), plain)
+    assert 9 <= len(calls) <= 18  # a step, and the starts of episodes
 
 
 def test_modes_of_autoreset(make_arm_task: Any) -> None:

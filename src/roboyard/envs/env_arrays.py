@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -61,6 +61,7 @@ class EnvArrays:
             name: np.zeros((self.n, *((size,) if isinstance(size, int) else size)))
             for name, size in buffers.items()
         }
+        self._known: dict[Callable[[EnvArrays], Array], Array] = {}
         self.action = np.zeros((self.n, 0))
         """(n, k) last actions, as given, within -1 to 1."""
         self.last_action = np.zeros((self.n, 0))
@@ -80,6 +81,22 @@ class EnvArrays:
     def time(self) -> Array:
         """(n,) time since the start of the episodes (s)."""
         return self.dt * self.steps.astype(float)
+
+    def once(self, term: Callable[[EnvArrays], Array]) -> Array:
+        """Return (n, ...) what a function of the state gives, computed once between changes of the state.
+
+        For a quantity that several observations and rewards use; do not write into the array.
+
+        Args:
+            term: the same function object in each call.
+        """
+        if term not in self._known:
+            self._known[term] = term(self)
+        return self._known[term]
+
+    def forget(self) -> None:
+        """Drop what `once` has computed; the environments do it when the state changes."""
+        self._known.clear()
 
     def body(self, name: str) -> BodyArrays:
         """Return the arrays of a robot or body by the task's name.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from roboyard.envs.batch_physics import BatchPhysics, check_count
@@ -74,7 +75,10 @@ class Runner:
         """Robots and bodies of that world by the task's names."""
         robots = {name: body for name, body in self.bodies.items() if isinstance(body, Robot)}
         placed = place_actions(task, robots)
-        self.world.model  # noqa: B018 - compiles
+        model = self.world.model  # compiles
+        if task.cone == "pyramidal":
+            model.opt.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL
+            self.world.stepping.sliding.invalidate()
         prepare_all_drives(robots, placed)
         self.physics = make_physics(self.world, count, threads=threads)
         """The simulations."""
@@ -132,15 +136,19 @@ class Runner:
         return self.observer.observe()
 
     def _start(self, rows: Rows) -> None:
+        env = self.env
         self.physics.reset(rows)
-        self.env.clear(rows)
+        env.forget()
+        env.clear(rows)
         for total in self.episode_rewards.values():
             total[rows] = 0.0
         random = RandomRows([self._streams[row] for row in rows])
         self._randomizer.start(rows, random)
         for event in self.task.reset:
-            event(self.env, rows, random)
+            event(env, rows, random)
+            env.forget()
         self.physics.forward(rows)
+        env.forget()
         self.actions.reset(rows)
 
     # -------------------------------------------------------------------------------------------- stepping
@@ -168,6 +176,7 @@ class Runner:
         self.actions.apply(self._randomizer.delayed(env.action))
         diverged = self.physics.step(self.task.substeps)
         env.steps += 1
+        env.forget()
         info: dict[str, Any] = {"diverged": np.zeros(self.count, dtype=bool)}
         if len(diverged):
             info["diverged"][diverged] = True

@@ -81,7 +81,7 @@ def locomotion(
         env.robot.set_base(rows, np.zeros(len(rows)), np.zeros(len(rows)), random.uniform(-0.3, 0.3))
 
     def heading(env: EnvArrays) -> Array:
-        x, y, z, w = np.moveaxis(env.robot.base.quaternion, -1, 0)
+        x, y, z, w = env.robot.base.quaternion.T
         return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
     def wanted(env: EnvArrays) -> Array:
@@ -100,23 +100,23 @@ def locomotion(
         return env.robot.base.to_local(env.robot.base.angular_velocity)
 
     def speed_error(env: EnvArrays) -> Array:
-        gap = velocity(env)[:, :2] - wanted(env)[:, :2]
+        gap = env.once(velocity)[:, :2] - env.once(wanted)[:, :2]
         return (gap * gap).sum(axis=1)
 
     def near_speed(env: EnvArrays) -> Array:
         """(n,) how near the velocity is to the wanted one, 0 to 1: a wide slope leads there from rest."""
-        error = speed_error(env)
+        error = env.once(speed_error)
         return 0.5 * (np.exp(-error / 0.06) + np.exp(-error / 0.25))
 
     def turn_error(env: EnvArrays) -> Array:
-        return (turning(env)[:, 2] - wanted(env)[:, 2]) ** 2
+        return (env.once(turning)[:, 2] - env.once(wanted)[:, 2]) ** 2
 
     def foot_heights(env: EnvArrays) -> Array:
         return np.stack([env.robot.link(name).position[:, 2] for name in feet], axis=1)
 
     def gait(env: EnvArrays) -> Array:
         """(n,) how well the heights of the feet follow the clock, 0 to 1."""
-        rise = stand[0] * 3.0 * LIFT * np.maximum(np.sin(phase(env)), 0.0)
+        rise = stand[0] * 3.0 * LIFT * np.maximum(np.sin(env.once(phase)), 0.0)
         ground = env["ground"][:, :1]
         gap = foot_heights(env) - ground - rise
         return np.exp(-((gap / 0.03) ** 2)).mean(axis=1)
@@ -125,13 +125,15 @@ def locomotion(
         env.physics.forward(rows)
         env["ground"][rows, 0] = foot_heights(env)[rows].min(axis=1)
 
+    def down(env: EnvArrays) -> Array:
+        return env.robot.gravity_in_base()
+
     def tilt(env: EnvArrays) -> Array:
-        down = env.robot.gravity_in_base()
-        return (down[:, :2] ** 2).sum(axis=1)
+        return (env.once(down)[:, :2] ** 2).sum(axis=1)
 
     def fallen(env: EnvArrays) -> np.ndarray:
         low = env.robot.base.position[:, 2] < SUNK * stand[0]
-        return low | (-env.robot.gravity_in_base()[:, 2] < TILT)
+        return low | (-env.once(down)[:, 2] < TILT)
 
     return Task(
         build=build,
@@ -139,16 +141,18 @@ def locomotion(
         buffers={"command": 1, "phase": 1, "ground": 1},
         observations={
             "proprio": {
-                "gravity": lambda env: env.robot.gravity_in_base(),
-                "velocity": lambda env: velocity(env),
-                "turning": lambda env: 0.3 * turning(env),
+                "gravity": lambda env: env.once(down),
+                "velocity": lambda env: env.once(velocity),
+                "turning": lambda env: 0.3 * env.once(turning),
                 "q": lambda env: env.robot.q - env.robot.rest,
                 "v": lambda env: 0.1 * env.robot.v,
                 "last": lambda env: env.action,
             },
             "state": {
-                "wanted": wanted,
-                "clock": lambda env: np.concatenate([np.sin(phase(env)), np.cos(phase(env))], axis=1),
+                "wanted": lambda env: env.once(wanted),
+                "clock": lambda env: np.concatenate(
+                    [np.sin(env.once(phase)), np.cos(env.once(phase))], axis=1
+                ),
             },
         },
         rewards={
@@ -156,8 +160,8 @@ def locomotion(
             "turn": Reward(function=lambda env: np.exp(-turn_error(env) / 0.15), weight=0.4),
             "gait": Reward(function=gait, weight=0.5),
             "level": Reward(function=tilt, weight=-2.0),
-            "bounce": Reward(function=lambda env: velocity(env)[:, 2] ** 2, weight=-0.5),
-            "rolling": Reward(function=lambda env: (turning(env)[:, :2] ** 2).sum(axis=1), weight=-0.02),
+            "bounce": Reward(function=lambda env: env.once(velocity)[:, 2] ** 2, weight=-0.5),
+            "rolling": Reward(function=lambda env: (env.once(turning)[:, :2] ** 2).sum(axis=1), weight=-0.02),
             "jerk": Reward(
                 function=lambda env: ((env.action - env.last_action) ** 2).sum(axis=1), weight=-0.01
             ),
@@ -166,13 +170,14 @@ def locomotion(
             ),
         },
         reward_floor=0.0,
-        success=lambda env: speed_error(env) < 0.04,
+        success=lambda env: env.once(speed_error) < 0.04,
         terminations={"fallen": fallen},
         reset=[start, note_ground],
         randomize=randomize,
         limit=limit,
         control_freq=50.0,
-        timestep=1 / 250,
+        timestep=1 / 200,
+        cone="pyramidal",
         view=((1.2, -1.4, 0.8), (0.0, 0.0, 0.25)),
     )
 

@@ -75,6 +75,8 @@ class SlidingContacts:
         model, data = world.live_model, world.live_data
         moving = [b for b in world.body_by_id.values() if b.description is not None and not b.is_fixed]
         links = [_links_that_slide(model, body.mujoco_ids) for body in moving]
+        if model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL:
+            links = []  # a row of such a contact is an edge of the pyramid, not an axis
         exempt = ~np.isin(model.geom_bodyid, np.concatenate(links)) if links else np.ones(0, dtype=bool)
         self._robot_speeds = None
         if exempt.all():
