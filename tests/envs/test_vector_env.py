@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import gymnasium
@@ -71,6 +72,29 @@ def test_the_physics_is_that_of_mujocos_own_step(make_arm_task: Any, cone: str) 
         for _ in range(env.runner.task.substeps):
             mujoco.mj_step(model, data)
         assert np.array_equal(data.qpos, physics.field("qpos")[1])
+        assert np.array_equal(data.qvel, physics.field("qvel")[1])
+
+
+def test_the_numbers_are_those_with_mujocos_islands() -> None:
+    """One tree is one island at most, so that the search for it is skipped."""
+    env = envs.make_vec("roboyard/Locomotion-v0", 2, threads=1, randomize=())
+    env.reset(seed=0)
+    physics = env.runner.physics
+    model = copy.deepcopy(physics.world.model)
+    flag = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+    assert model.opt.disableflags & flag
+    model.opt.disableflags &= ~flag
+    data = mujoco.MjData(model)
+    kind = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+    random = np.random.default_rng(1)
+    for _ in range(10):
+        state = physics.batch.state[1].copy()
+        env.step(random.uniform(-1, 1, (2, 12)))
+        mujoco.mj_setState(model, data, state, kind)
+        data.ctrl[:] = physics.field("ctrl")[1]
+        for _ in range(env.runner.task.substeps):
+            mujoco.mj_step(model, data)
+        assert data.nisland == 1
         assert np.array_equal(data.qvel, physics.field("qvel")[1])
 
 

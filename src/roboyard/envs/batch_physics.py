@@ -43,6 +43,8 @@ class BatchPhysics:
         _refuse_rules(world)
         self.world = world
         self.count = count
+        if world.model.ntree == 1:  # one island at most: the same numbers, without the search for it
+            world.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
         self.batch = batch.Batch(world.model, count, threads)
         mujoco.mj_forward(world.model, world.data)
         world.data.qacc_warmstart[:] = 0.0

@@ -6,9 +6,7 @@ process. An actor that dies is replaced: its environments start new episodes, th
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
 from itertools import pairwise
 from typing import Any, cast
 
@@ -17,20 +15,13 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from roboyard.envs.batch_physics import check_count
+from roboyard.envs.ray_worker import Worker, WorkerDied, WorkerLine, ray
 from roboyard.envs.registration import make_task
 from roboyard.envs.task import Task
-from roboyard.errors import ConfigError, MissingExtraError, RoboyardError
-
-try:
-    import ray  # pyright: ignore[reportMissingImports]
-    from ray.exceptions import RayError, RayTaskError  # pyright: ignore[reportMissingImports]
-except ModuleNotFoundError as error:
-    raise MissingExtraError("ray", "cluster", "environments on Ray") from error
+from roboyard.errors import ConfigError, RoboyardError
 
 ATTEMPTS = 3
 """Actors that are tried in place of one that died."""
-WAIT = 120.0
-"""Longest time of one step of an actor (s)."""
 
 
 class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
@@ -62,6 +53,7 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
             ConfigError: there are more workers than environments, or the task is wrong.
             MissingExtraError: Ray is not installed.
             Exception: what the function raises in an actor.
+            RoboyardError: actors die while they start, or run on machines that cannot be reached from here.
         """
         check_count(num_envs)
         if not 1 <= workers <= num_envs:
@@ -78,7 +70,7 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         remote: Any = ray.remote  # whose types lack `enable_task_events`
         self._actor: Any = remote(num_cpus=threads, max_restarts=0, enable_task_events=False)(Worker)
         self._workers = [self._start(k) for k in range(workers)]
-        observation, action = _answer(self._workers[0].spaces.remote())
+        observation, action = self._spaces()
         self.single_observation_space, self.single_action_space = observation, action
         self.observation_space = batch_space(observation, num_envs)
         self.action_space = batch_space(action, num_envs)
@@ -88,11 +80,21 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         """Number of actors that were replaced."""
         self._is_reset = False
 
-    def _start(self, k: int) -> Any:
+    def _start(self, k: int) -> WorkerLine:
         part = self._parts[k]
-        return self._actor.remote(
-            self._make, part.stop - part.start, part.start, self._threads, self._modalities
-        )
+        size = part.stop - part.start
+        actor = self._actor.remote(self._make, size, part.start, self._threads, self._modalities)
+        return WorkerLine(actor, k)
+
+    def _spaces(self) -> tuple[Any, Any]:
+        try:
+            self._workers[0].send("spaces")
+            return self._workers[0].receive()
+        except BaseException as error:
+            self.close()
+            if isinstance(error, WorkerDied):
+                raise RoboyardError("worker 0 died while it started; see Ray's logs") from None
+            raise
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -100,16 +102,13 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         """Start new episodes in all environments; seeds as in `BatchEnv.reset`."""
         if seed is not None and not isinstance(seed, int | np.integer) and len(seed) != self.num_envs:
             raise RoboyardError(f"give one seed for each of {self.num_envs} environments, got {len(seed)}")
-        calls = []
-        for worker, part in zip(self._workers, self._parts, strict=True):
-            given = seed if seed is None or isinstance(seed, int | np.integer) else list(seed[part])
-            calls.append(worker.reset.remote(given))
+        asked = [self._ask(k, "reset", _seeds_of(seed, part)) for k, part in enumerate(self._parts)]
         observed = []
-        for k, call in enumerate(calls):
+        for k, is_asked in enumerate(asked):
             try:
-                observed.append(_answer(call))
-            except RayError:
-                observed.append(self._replace(k, seed)[0])
+                observed.append(self._result(k, is_asked))
+            except WorkerDied:
+                observed.append(self._replace(k, seed))
         self._is_reset = True
         return _joined(observed), {}
 
@@ -122,22 +121,18 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         if given.shape != expected:
             raise RoboyardError(f"actions must have shape {expected}, got {given.shape}")
         given = np.ascontiguousarray(given, dtype=float)
-        calls = [
-            worker.step.remote(given[part].tobytes())
-            for worker, part in zip(self._workers, self._parts, strict=True)
-        ]
+        asked = [self._ask(k, "step", given[part]) for k, part in enumerate(self._parts)]
         restarted = np.zeros(self.num_envs, dtype=bool)
         results: list[Any] = []
-        for k, call in enumerate(calls):
+        for k, is_asked in enumerate(asked):
             try:
-                results.append(pickle.loads(_answer(call)))  # noqa: S301 - from our own actors
-            except RayError:
+                results.append(self._result(k, is_asked))
+            except WorkerDied:
                 part = self._parts[k]
                 restarted[part] = True
                 size = part.stop - part.start
-                observed, _ = self._replace(k, None)
                 cut = np.ones(size, dtype=bool)
-                results.append((observed, np.zeros(size), np.zeros(size, dtype=bool), cut, {}))
+                results.append((self._replace(k, None), np.zeros(size), np.zeros(size, dtype=bool), cut, {}))
         observed, reward, terminated, truncated = (
             _joined([result[i] for result in results]) for i in range(4)
         )
@@ -145,90 +140,46 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         info["restarted"] = restarted
         return observed, reward, terminated, truncated, info
 
-    def _replace(self, k: int, seed: Any) -> tuple[Any, dict[str, Any]]:
-        """Start another actor in place of one that died, and its episodes.
+    def _ask(self, k: int, name: str, argument: Any) -> bool:
+        """Send a request to a worker; return False if it has died."""
+        try:
+            self._workers[k].send(name, argument)
+        except WorkerDied:
+            return False
+        return True
+
+    def _result(self, k: int, is_asked: bool) -> Any:
+        if not is_asked:
+            raise WorkerDied
+        return self._workers[k].receive()
+
+    def _replace(self, k: int, seed: Any) -> Any:
+        """Start another actor in place of one that died, and its episodes; return the observations.
 
         Raises:
             RoboyardError: the new ones died, too.
         """
         for _ in range(ATTEMPTS):
             self.restarts += 1
+            self._workers[k].close()
             self._workers[k] = self._start(k)
-            try:
-                given = seed if seed is None or isinstance(seed, int | np.integer) else seed[self._parts[k]]
-                return _answer(self._workers[k].reset.remote(given)), {}
-            except RayError:
-                continue
+            if self._ask(k, "reset", _seeds_of(seed, self._parts[k])):
+                try:
+                    return self._workers[k].receive()
+                except WorkerDied:
+                    continue
         raise RoboyardError(f"worker {k} died {ATTEMPTS} times while it started; see Ray's logs")
 
     def close_extras(self, **kwargs: Any) -> None:
         """Stop the actors."""
         for worker in self._workers:
-            ray.kill(worker)
+            worker.close()
         self._workers = []
 
 
-def _answer(call: Any) -> Any:
-    """Return the result of a call to an actor.
-
-    Raises:
-        Exception: what the task raised, in whichever actor.
-        RayError: the actor died or does not answer.
-    """
-    try:
-        return ray.get(call, timeout=WAIT)
-    except RayTaskError as error:
-        cause = error.cause
-        raise (cause if isinstance(cause, Exception) else RoboyardError(str(error))) from None
-
-
-class Worker:
-    """A batch of environments in an actor, built at the first call: an error then is the caller's."""
-
-    def __init__(
-        self,
-        make: Callable[[], Task],
-        count: int,
-        first: int,
-        threads: int,
-        modalities: Sequence[str] | None,
-    ) -> None:
-        """Note what to build.
-
-        Args:
-            make: returns the task.
-            count: number of environments.
-            first: number of the first one.
-            threads: of the processor.
-            modalities: as in `BatchEnv`.
-        """
-        self._make, self._count = make, count
-        self._options: dict[str, Any] = {
-            "threads": threads,
-            "obs_modalities": modalities,
-            "first_seed": first,
-        }
-
-    @cached_property
-    def _envs(self) -> Any:
-        from roboyard.envs.vector_env import BatchEnv
-
-        return BatchEnv(self._make(), self._count, **self._options)
-
-    def spaces(self) -> tuple[Any, Any]:
-        """Return observation and action space of one environment."""
-        return self._envs.single_observation_space, self._envs.single_action_space
-
-    def reset(self, seed: Any) -> Any:
-        """Start episodes and return the observations."""
-        return self._envs.reset(seed=seed)[0]
-
-    def step(self, actions: bytes) -> bytes:
-        """Return the pickled result of a step with actions (n, a) of doubles.
-
-        Both are bytes, which Ray passes on as they are; it takes several times as long for arrays.
-        """
-        return pickle.dumps(self._envs.step(np.frombuffer(actions).reshape(self._count, -1)), protocol=5)
+def _seeds_of(seed: Any, part: slice) -> Any:
+    """Return the seeds of a part of the environments; one seed is that of the first of all."""
+    return seed if seed is None or isinstance(seed, int | np.integer) else list(seed[part])
 
 
 class _Registered:

@@ -46,6 +46,7 @@ class Translation:
                 actuator.set_to_motor()
                 actuator.biastype, actuator.biasprm = mujoco.mjtBias.mjBIAS_AFFINE, bias
         spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        spec.option.cone = model.opt.cone
         self.model: Any = spec.compile()
         """MuJoCo's model for Warp."""
         _copy_numbers(model, self.model)
