@@ -101,14 +101,22 @@ class _Tip(BoundAction):
             float(action.turn or 0.0),
             int(action.turn is not None or action.keeps_orientation),
             min(1.0, APPROACH_RATE * place.dt),
-            DAMPING**2,
+            np.full(6, DAMPING**2),
             REST_RATE * place.dt,
             arrays.lower[columns],
             arrays.upper[columns],
             place.velocity_limits * place.dt,
             arrays.rest[columns],
         )
-        self._work = (np.zeros((6, len(moving))), np.zeros((6, 6)), np.zeros(6), np.zeros(len(columns)))
+        self._work = (
+            np.zeros((6, len(moving))),
+            np.zeros((6, 6)),
+            np.zeros((6, 6)),
+            np.zeros(6),
+            np.zeros(6),
+            np.arange(6),
+            np.zeros(len(columns)),
+        )
         self._target = place.drives.position
         self.reset(np.arange(physics.count))
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from roboyard.kinematics._linear import solve_free
 from roboyard.native import compiled
 
 
@@ -26,36 +27,14 @@ def _product(w, x, y, z, o, a, b, c):
     )
 
 
-def _solved(square, right, n):
-    """Write square⁻¹ right into `right`, by Cholesky's factors, which replace the lower half of `square`."""
-    for i in range(n):
-        for j in range(i):
-            total = square[i, j]
-            for c in range(j):
-                total -= square[i, c] * square[j, c]
-            square[i, j] = total * square[j, j]
-        total = square[i, i]
-        for c in range(i):
-            total -= square[i, c] * square[i, c]
-        square[i, i] = 1.0 / math.sqrt(total)
-        total = right[i]
-        for c in range(i):
-            total -= square[i, c] * right[c]
-        right[i] = total * square[i, i]
-    for i in range(n - 1, -1, -1):
-        total = right[i]
-        for c in range(i + 1, n):
-            total -= square[c, i] * right[c]
-        right[i] = total * square[i, i]
-
-
 @compiled(
     "f8[:,:] f8[:,::1] f8[:,::1] f8[:,:] f8[:,:] f8[:,:] f8[:,:] f8[:,:,:] f8[:,:] i8[::1] i8[::1] i8[::1] "
-    "i8[::1] f8 f8 i8 f8 f8 f8 f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,::1]"
+    "i8[::1] f8 f8 i8 f8 f8[::1] f8 f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] "
+    "f8[::1] i8[::1] f8[::1] f8[:,::1]"
 )
 def move_tips(command, goal, turn, position, quaternion, base, centre, axes, qpos, places, moving, dofs,
-              columns, move, angle, holds, gain, damping_square, rest_share, low, high, reach, rest,
-              jac, square, right, step, target):  # fmt: skip  # pragma: no cover
+              columns, move, angle, holds, gain, damping, rest_share, low, high, reach, rest,
+              jac, square, factor, right, solution, order, step, target):  # fmt: skip  # pragma: no cover
     """Move the goals of the tips as commanded and write joint positions a step towards them.
 
     command: (n, 3) or (n, 6) within -1 to 1. goal: (n, 3) and turn: (n, 4) w, x, y, z, the tips' goals in
@@ -63,8 +42,9 @@ def move_tips(command, goal, turn, position, quaternion, base, centre, axes, qpo
     centre: (n, 3) point about which `axes` (n, nv, 6) are the motions of the degrees of freedom.
     places: (k,) joints in qpos (n, nq). moving: (m,) those of the k with which the tip moves; dofs: (m,).
     columns: (k,) joints in target (n, j), written. move (m), angle (rad): scale of the command.
-    holds: whether the orientation counts. low, high, reach, rest: (k,) limits, largest step, start posture.
-    jac: (6, m), square: (6, 6), right: (6,), step: (k,): work space.
+    holds: whether the orientation counts. damping: (6,) λ². low, high, reach, rest: (k,) limits, largest
+    step, start posture.
+    jac: (6, m), square, factor: (6, 6), right, solution: (6,), order: (6,) 0 to 5, step: (k,): work space.
     """
     k, m = columns.shape[0], moving.shape[0]
     rows = 6 if holds else 3
@@ -123,12 +103,11 @@ def move_tips(command, goal, turn, position, quaternion, base, centre, axes, qpo
                 for j in range(m):
                     total += jac[r, j] * jac[s, j]
                 square[r, s] = total
-            square[r, r] += damping_square
-        _solved(square, right, rows)
+        solve_free(square, damping, right, order, rows, factor, solution)
         for j in range(m):
             total = 0.0
             for r in range(rows):
-                total += jac[r, j] * right[r]
+                total += jac[r, j] * solution[r]
             step[moving[j]] += total
         # all joints slower by the same factor, so that the tip moves in the same direction
         excess = 1.0
