@@ -23,7 +23,16 @@ from roboyard.description.model import (
 )
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.errors import ConfigError
-from roboyard.planning import Obstacle, Planner, PoseGoal, SphereModel, covering_model, fitted_model
+from roboyard.kinematics import forward_kinematics
+from roboyard.planning import (
+    Obstacle,
+    Planner,
+    PoseGoal,
+    PosesGoal,
+    SphereModel,
+    covering_model,
+    fitted_model,
+)
 
 LENGTHS = (0.25, 0.3, 0.3, 0.25, 0.15, 0.1)
 
@@ -255,3 +264,29 @@ def test_fitting_is_announced_once_and_cached(
         warm = fitted_model(model.description)
     assert len(caplog.records) == 1
     assert warm.spheres == cold.spheres
+
+
+def test_poses_that_cannot_be_reached_together_are_told(planner: Planner) -> None:
+    chain = planner.robot.chain
+    links = ("link3", "link5")
+    near, far = (forward_kinematics(chain, np.array(q), links) for q in (START, GOAL))
+
+    def poses(tip: np.ndarray, elbow: np.ndarray) -> PosesGoal:
+        return PosesGoal(
+            poses=[
+                PoseGoal(link=name, position=pose[:3, 3])
+                for name, pose in zip(links, (elbow, tip), strict=True)
+            ]
+        )
+
+    whole = planner.plan(START, poses(far[1], far[0]))
+    assert whole.solved, whole.reason
+    reached = forward_kinematics(chain, whole.path[-1], links)
+    np.testing.assert_allclose(reached[:, :3, 3], far[:, :3, 3], atol=2e-4)
+    plan = planner.plan(START, poses(far[1], near[0]))
+    assert plan.outcome == "goal unreachable"
+    assert "at once" in plan.reason
+    with pytest.raises(ConfigError, match=r"link5.*two poses"):
+        planner.plan(START, PosesGoal(poses=[PoseGoal(link="link5", position=(0.3, 0, 0.5))] * 2))
+    with pytest.raises(ConfigError, match="without poses"):
+        planner.ik(PosesGoal(poses=[]), START)

@@ -49,6 +49,11 @@ def problem_file(folder: Path, **changes: object) -> Path:
         "problems": [
             {"name": "joints", "start": [0, -0.6], "goal": {"joints": [0, 0.6]}},
             {"name": "pose", "start": [0, -0.6], "goal": {"link": "tip", "position": [0.5, 0.5, 0.08]}},
+            {
+                "name": "poses",
+                "start": [0, -0.6],
+                "goal": {"poses": [{"link": "tip", "position": [0.5, 0.5, 0.08]}]},
+            },
             {"name": "inside", "start": [0, 0], "goal": {"joints": [0, 0.6]}},
         ],
     }
@@ -64,11 +69,11 @@ def test_the_command_writes_a_row_for_each_problem(
     out = tmp_path / "rows.jsonl"
     assert cli.main(["plan", "--problems", str(problem_file(tmp_path)), "--out", str(out)]) == 0
     rows = [json.loads(line) for line in out.read_text().splitlines()]
-    assert [row["name"] for row in rows] == ["joints", "pose", "inside"]
-    assert [row["outcome"] for row in rows] == ["solved", "solved", "start in collision"]
-    assert '"o0"' in rows[2]["reason"]
-    assert rows[2]["trajectory"] is None
-    for row in rows[:2]:
+    assert [row["name"] for row in rows] == ["joints", "pose", "poses", "inside"]
+    assert [row["outcome"] for row in rows] == ["solved"] * 3 + ["start in collision"]
+    assert '"o0"' in rows[3]["reason"]
+    assert rows[3]["trajectory"] is None
+    for row in rows[:3]:
         t, q, v, a = (np.array(row["trajectory"][key]) for key in ("t", "q", "v", "a"))
         assert q.shape == v.shape == a.shape == (len(t), 2)
         np.testing.assert_allclose(q[0], [0, -0.6], atol=1e-9)
@@ -78,12 +83,13 @@ def test_the_command_writes_a_row_for_each_problem(
         assert (np.abs(jerk) <= np.array([200, 100]) * (1 + 1e-5)).all()
         assert row["planning_seconds"] > 0
         assert row["timing_seconds"] > 0
-    elbow, shoulder = rows[1]["path"][-1]
-    tip = 0.5 * np.array([np.cos(shoulder), np.sin(shoulder)]) + 0.45 * np.array(
-        [np.cos(shoulder + elbow), np.sin(shoulder + elbow)]
-    )
-    np.testing.assert_allclose(tip, [0.5, 0.5], atol=2e-4)
-    assert "2 solved, 1 start in collision" in capsys.readouterr().out
+    for row in rows[1:3]:
+        elbow, shoulder = row["path"][-1]
+        tip = 0.5 * np.array([np.cos(shoulder), np.sin(shoulder)]) + 0.45 * np.array(
+            [np.cos(shoulder + elbow), np.sin(shoulder + elbow)]
+        )
+        np.testing.assert_allclose(tip, [0.5, 0.5], atol=2e-4)
+    assert "3 solved, 1 start in collision" in capsys.readouterr().out
 
 
 WRONG = {

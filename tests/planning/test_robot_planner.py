@@ -7,7 +7,7 @@ import pytest
 
 from roboyard.errors import ConfigError
 from roboyard.kinematics import forward_kinematics
-from roboyard.planning import PoseGoal, planner_for
+from roboyard.planning import PoseGoal, PosesGoal, planner_for
 from roboyard.robots import add_robot
 from roboyard.robots.robot import Robot
 from roboyard.sim import World
@@ -138,4 +138,37 @@ def test_another_robot_is_an_obstacle_that_moves(robot: Robot) -> None:
         assert moved.solved
     finally:
         world.remove(other.body)
+        robot.joint_positions = begin
+
+
+def test_both_hands_reach_their_poses_at_once(robot: Robot) -> None:
+    planner = planner_for(robot, "both")
+    begin = robot.joint_positions
+    rows = [robot.joint_names.index(name) for name in planner.joint_names]
+    tools = [planner_for(robot, arm).tool for arm in ("left", "right")]
+    positions = [np.add(robot.arms[arm].pose[0], (0.0, 0.0, 0.08)) for arm in ("left", "right")]
+    goal = PosesGoal(
+        poses=[
+            PoseGoal(link=tools[0], position=positions[0], quaternion=robot.arms["left"].pose[1]),
+            PoseGoal(link=tools[1], position=positions[1]),
+        ]
+    )
+    found = planner.ik(goal)
+    assert found
+    assert found[0].is_free
+    plan = planner.plan(goal)
+    assert plan.solved, plan.reason
+    try:
+        for q in (found[0].q, plan.path[-1]):
+            posture = begin.copy()
+            posture[rows] = q
+            robot.joint_positions = posture
+            for arm, position in zip(("left", "right"), positions, strict=True):
+                np.testing.assert_allclose(
+                    robot.arms[arm].pose[0], position, atol=2e-4
+                )  # as MuJoCo places it
+            turned = pose_matrix(*robot.arms["left"].pose)[:3, :3]
+            wanted = pose_matrix((0, 0, 0), goal.poses[0].quaternion)[:3, :3]  # type: ignore[arg-type]
+            np.testing.assert_allclose(turned, wanted, atol=2e-3)
+    finally:
         robot.joint_positions = begin

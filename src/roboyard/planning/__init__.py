@@ -22,6 +22,7 @@ _HOMES = {
     "Plan": "roboyard.planning.trajectory",
     "Planner": "roboyard.planning.planner",
     "PoseGoal": "roboyard.planning.goals",
+    "PosesGoal": "roboyard.planning.goals",
     "RobotPlanner": "roboyard.planning.robot_planner",
     "SphereModel": "roboyard.planning.spheres.sphere_model",
     "Trajectory": "roboyard.planning.trajectory",
@@ -49,6 +50,7 @@ __all__ = [
     "Plan",
     "Planner",
     "PoseGoal",
+    "PosesGoal",
     "RobotPlanner",
     "SphereModel",
     "Trajectory",
@@ -71,7 +73,7 @@ if TYPE_CHECKING:
     from roboyard.planning.checking import CollisionChecker
     from roboyard.planning.constraints import PathConstraint, keep_upright, on_line
     from roboyard.planning.distance_fields import DistanceField, cloud_field
-    from roboyard.planning.goals import PoseGoal, turned_goals
+    from roboyard.planning.goals import PoseGoal, PosesGoal, turned_goals
     from roboyard.planning.obstacles import Obstacle, Obstacles
     from roboyard.planning.planner import Planner
     from roboyard.planning.planner_files import load_planner_file

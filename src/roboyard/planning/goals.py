@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 TOLERANCE_POSITION, TOLERANCE_ORIENTATION = 1e-4, 1e-3
 """Largest errors of an inverse kinematics solution (m, rad)."""
+ORIENTATION_WEIGHT = 0.5
+"""Weight of rotations beside positions in a descent (1/rad)."""
 DISTINCT = 0.05
 """Largest difference of a joint between two solutions that count as one (rad or m)."""
 
@@ -32,8 +35,16 @@ class PoseGoal:
     """(4,) x, y, z, w in the world frame; None leaves the orientation free."""
 
 
-Goal = ArrayLike | PoseGoal
-"""(n,) joint positions (rad or m), or a pose."""
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PosesGoal:
+    """Poses that several links are to reach at the same time, such as those of two hands."""
+
+    poses: Sequence[PoseGoal]
+    """One pose for each link."""
+
+
+Goal = ArrayLike | PoseGoal | PosesGoal
+"""(n,) joint positions (rad or m), a pose, or poses of several links."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,34 +62,32 @@ class PostureSolution:
 
 
 def postures_for(
-    robot: SphereRobot, goal: PoseGoal, root: Array, near: Array, *, seeds: int = 64, seed: int = 0
+    robot: SphereRobot,
+    goal: PoseGoal | PosesGoal,
+    root: Array,
+    near: Array,
+    *,
+    seeds: int = 64,
+    seed: int = 0,
 ) -> list[PostureSolution]:
-    """Return distinct postures within the limits that reach a pose, nearest to `near` first; not checked for
-    collisions.
+    """Return distinct postures within the limits that reach a pose, or poses of several links, nearest to
+    `near` first; not checked for collisions.
 
     Args:
         robot: the robot.
-        goal: the pose in the world frame.
+        goal: in the world frame.
         root: (4, 4) pose of the robot's root link in the world frame (m).
         near: (n,) posture that the first descent starts from, and to which distances are measured.
         seeds: number of descents.
         seed: seed of the random starts.
 
     Raises:
-        ConfigError: the link does not exist or no joint of the group moves it, or a value is not finite.
+        ConfigError: a link does not exist, is named twice or is moved by no joint of the group, or a value is
+            not finite.
     """
     from roboyard.kinematics import solve_ik_batch
 
-    chain = tip_chain(robot, goal.link)
-    turn = (0.0, 0.0, 0.0, 1.0) if goal.quaternion is None else goal.quaternion
-    if np.shape(goal.position) != (3,) or np.shape(turn) != (4,):
-        raise ConfigError(
-            f'goal of link "{goal.link}": position {goal.position}, quaternion {goal.quaternion}: must have '
-            "3 and 4 numbers"
-        )
-    if not np.isfinite(np.concatenate([goal.position, turn])).all():
-        raise ConfigError(f'goal of link "{goal.link}": {goal.position}, {goal.quaternion} is not finite')
-    target = inverse_pose(root) @ pose_matrix(goal.position, turn)
+    chain, target, weights = pose_task(robot, goal, root)
     random = np.random.default_rng(seed)
     starts = random.uniform(robot.arrays.lower, robot.arrays.upper, (seeds, len(near)))
     starts[0] = near
@@ -86,12 +95,11 @@ def postures_for(
     spread = 0.3 * (robot.arrays.upper - robot.arrays.lower)
     starts[1:half] = near + random.normal(size=(half - 1, len(near))) * np.minimum(spread, 1.0)
     starts = np.clip(starts, robot.arrays.lower, robot.arrays.upper)
-    free = goal.quaternion is None
-    targets = np.repeat((target[:3, 3] if free else target)[None], seeds, axis=0)
     found = solve_ik_batch(
         chain,
-        targets,
+        np.repeat(target[None], seeds, axis=0),
         starts,
+        orientation_weights=weights,
         tolerance_position=TOLERANCE_POSITION,
         tolerance_orientation=TOLERANCE_ORIENTATION,
         iterations=60,
@@ -110,26 +118,89 @@ def postures_for(
             PostureSolution(
                 q=q[k],
                 position_error=float(found.position_error[k]),
-                orientation_error=0.0 if free else float(found.orientation_error[k]),
+                orientation_error=float(found.orientation_error[k]) if weights.any() else 0.0,
                 is_free=True,
             )
         )
     return solutions
 
 
-def nearest_approach(robot: SphereRobot, goal: PoseGoal, root: Array, near: Array, *, seed: int = 0) -> str:
-    """Return how near a link comes to a pose that it does not reach, and what would help.
+def pose_task(
+    robot: SphereRobot, goal: PoseGoal | PosesGoal, root: Array
+) -> tuple[ChainArrays, Array, Array]:
+    """Return a chain with a goal's links as tips, and its targets and weights of orientations for `solve_ik`.
 
     Args:
         robot: the robot.
-        goal: the pose in the world frame.
+        goal: in the world frame.
+        root: (4, 4) pose of the robot's root link in the world frame (m).
+
+    Raises:
+        ConfigError: a link does not exist, is named twice or is moved by no joint of the group, or a value is
+            not finite.
+    """
+    poses = (goal,) if isinstance(goal, PoseGoal) else tuple(goal.poses)
+    links = [one.link for one in poses]
+    twice = next((link for k, link in enumerate(links) if link in links[:k]), None)
+    if twice is not None:
+        raise ConfigError(f'goal: link "{twice}" has two poses; give one, or a list of goals to choose from')
+    if not poses:
+        raise ConfigError("goal: a PosesGoal without poses; give one for each link")
+    chain = tips_chain(robot, links)
+    targets = np.stack([inverse_pose(root) @ _matrix(one) for one in poses])
+    if all(one.quaternion is None for one in poses):
+        targets = targets[:, :3, 3]
+    weights = np.array([0.0 if one.quaternion is None else ORIENTATION_WEIGHT for one in poses])
+    return chain, targets if len(poses) > 1 else targets[0], np.repeat(weights[:, None], 3, axis=1)
+
+
+def _matrix(goal: PoseGoal) -> Array:
+    turn = (0.0, 0.0, 0.0, 1.0) if goal.quaternion is None else goal.quaternion
+    if np.shape(goal.position) != (3,) or np.shape(turn) != (4,):
+        raise ConfigError(
+            f'goal of link "{goal.link}": position {goal.position}, quaternion {goal.quaternion}: must have '
+            "3 and 4 numbers"
+        )
+    if not np.isfinite(np.concatenate([goal.position, turn])).all():
+        raise ConfigError(f'goal of link "{goal.link}": {goal.position}, {goal.quaternion} is not finite')
+    return pose_matrix(goal.position, turn)
+
+
+def why_unreachable(
+    robot: SphereRobot, goal: PoseGoal | PosesGoal, root: Array, near: Array, *, seed: int = 0
+) -> str:
+    """Return which pose no posture reaches, how near its link comes, and what would help.
+
+    Args:
+        robot: the robot.
+        goal: in the world frame.
         root: (4, 4) pose of the robot's root link in the world frame (m).
         near: (n,) posture that the first descent starts from (rad or m).
         seed: seed of the random starts.
     """
+    if isinstance(goal, PosesGoal):
+        if len(goal.poses) == 1:
+            return why_unreachable(robot, goal.poses[0], root, near, seed=seed)
+        for one in goal.poses:
+            if not postures_for(robot, one, root, near, seed=seed):
+                return why_unreachable(robot, one, root, near, seed=seed)
+        links = " and ".join(f'"{one.link}"' for one in goal.poses)
+        return (
+            f"no posture within the limits brings links {links} to their poses at once, though each is "
+            "reached alone; move one of them, or plan for more joints"
+        )
+    place = ", ".join(f"{x:.4g}" for x in np.asarray(goal.position, dtype=float))
+    turned = "" if goal.quaternion is None else " in that orientation"
+    return (
+        f'no posture within the limits brings link "{goal.link}" to ({place}){turned}; '
+        f"{_nearest_approach(robot, goal, root, near, seed)}"
+    )
+
+
+def _nearest_approach(robot: SphereRobot, goal: PoseGoal, root: Array, near: Array, seed: int) -> str:
     from roboyard.kinematics import forward_kinematics, solve_ik
 
-    chain = tip_chain(robot, goal.link)
+    chain = tips_chain(robot, [goal.link])
     target = inverse_pose(root) @ pose_matrix(goal.position)
     found = solve_ik(chain, target[:3, 3], near, restarts=20, seed=seed)
     gap = float(np.linalg.norm(target[:3, 3] - forward_kinematics(chain, found.q, goal.link)[:3, 3]))
@@ -155,22 +226,25 @@ def turned_goals(goal: PoseGoal, axis: ArrayLike, count: int = 12) -> list[PoseG
     ]
 
 
-def tip_chain(robot: SphereRobot, link: str) -> ChainArrays:
-    """Return the chain of a robot with one link as its tip.
+def tips_chain(robot: SphereRobot, links: Sequence[str]) -> ChainArrays:
+    """Return the chain of a robot with these links as its tips.
 
     Raises:
-        ConfigError: the link does not exist, or no joint of the group moves it.
+        ConfigError: a link does not exist, or no joint of the group moves it.
     """
-    chain = robot.chain
-    if link not in chain.links:
-        raise ConfigError(f"{robot.model.description.name}: {unknown_name('link', link, chain.links)}")
-    index = chain.link(link)
-    if chain.link_node[index] < 0:
-        raise ConfigError(
-            f'{robot.model.description.name}: link "{link}" is moved by none of the joints '
-            f"{', '.join(robot.joint_names)}; choose another link or group"
-        )
-    return replace(chain, tips=np.array([index], dtype=np.int64))
+    chain, name = robot.chain, robot.model.description.name
+    tips = []
+    for link in links:
+        if link not in chain.links:
+            raise ConfigError(f"{name}: {unknown_name('link', link, chain.links)}")
+        index = chain.link(link)
+        if chain.link_node[index] < 0:
+            raise ConfigError(
+                f'{name}: link "{link}" is moved by none of the joints {", ".join(robot.joint_names)}; '
+                "choose another link or group"
+            )
+        tips.append(index)
+    return replace(chain, tips=np.array(tips, dtype=np.int64))
 
 
 def _nearest_turns(q: Array, near: Array, robot: SphereRobot) -> Array:

@@ -20,7 +20,14 @@ from roboyard.planning.checking import CollisionChecker
 from roboyard.planning.constrained_search import ConstrainedSearch
 from roboyard.planning.constraints import BoundConstraint, PathConstraint, why_outside
 from roboyard.planning.distance_fields import DistanceField
-from roboyard.planning.goals import Goal, PoseGoal, PostureSolution, nearest_approach, postures_for
+from roboyard.planning.goals import (
+    Goal,
+    PoseGoal,
+    PosesGoal,
+    PostureSolution,
+    postures_for,
+    why_unreachable,
+)
 from roboyard.planning.hull_judge import Clash, HullJudge, is_judged, judge_of
 from roboyard.planning.hull_search import hull_path
 from roboyard.planning.kernels.arrays import RobotArrays
@@ -201,7 +208,8 @@ class Planner:
 
         Args:
             start: (n,) joint positions (rad or m).
-            goal: (n,) joint positions, a `PoseGoal`, or a sequence of both, of which any may be reached.
+            goal: (n,) joint positions, a `PoseGoal`, a `PosesGoal` of several links at once, or a sequence of
+                these, of which any may be reached.
             time_limit: longest search (s).
             improve: time spent on shorter paths after the first (s); the path gets no longer with it.
             seed: seed of the random samples; the same gives the same path unless time is over.
@@ -233,8 +241,11 @@ class Planner:
             goals, index = goals[inside], [one for one, good in zip(index, inside, strict=True) if good]
         return self._planned(q, goals, index, begin, deadline, improve, seed, region)
 
-    def ik(self, goal: PoseGoal, near: ArrayLike, *, seeds: int = 64, seed: int = 0) -> list[PostureSolution]:
-        """Return all distinct postures found for a pose: free ones first, then by distance to `near` (n,).
+    def ik(
+        self, goal: PoseGoal | PosesGoal, near: ArrayLike, *, seeds: int = 64, seed: int = 0
+    ) -> list[PostureSolution]:
+        """Return all distinct postures found for a pose, or for poses of several links at once: free ones
+        first, then by distance to `near` (n,).
 
         Each holds joint positions in the order of `joint_names` (rad or m) and its residuals.
 
@@ -391,15 +402,10 @@ class Planner:
         rows: list[Array] = []
         index: list[int] = []
         for k, one in enumerate(given):
-            if isinstance(one, PoseGoal):
+            if isinstance(one, PoseGoal | PosesGoal):
                 found = postures_for(self.robot, one, self.obstacles.root, start, seed=seed)
                 if not found:
-                    place = ", ".join(f"{x:.4g}" for x in np.asarray(one.position, dtype=float))
-                    near = nearest_approach(self.robot, one, self.obstacles.root, start, seed=seed)
-                    reason = (
-                        f'no posture within the limits brings link "{one.link}" to ({place})'
-                        f"{'' if one.quaternion is None else ' in that orientation'}; {near}"
-                    )
+                    reason = why_unreachable(self.robot, one, self.obstacles.root, start, seed=seed)
                     continue
                 candidates = [solution.q for solution in found]
                 roomy = self.checker.free(np.array(candidates), ROOM)
@@ -554,9 +560,9 @@ class Planner:
 
 def _listed(goal: Goal | Sequence[Goal]) -> list[Goal]:
     """Return one goal or several as a list."""
-    if isinstance(goal, PoseGoal):
+    if isinstance(goal, PoseGoal | PosesGoal):
         return [goal]
-    if isinstance(goal, Sequence) and any(isinstance(one, PoseGoal) for one in goal):
+    if isinstance(goal, Sequence) and any(isinstance(one, PoseGoal | PosesGoal) for one in goal):
         return list(cast(Sequence[Goal], goal))
     values = np.asarray(cast(ArrayLike, goal), dtype=float)
     return [values] if values.ndim < 2 else list(values)

@@ -19,14 +19,14 @@ import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from roboyard.description import load_description
 from roboyard.description.model import Box, Capsule, Cylinder, Mesh, Pose, Sphere
 from roboyard.errors import ConfigError, unknown_name
-from roboyard.planning.goals import Goal, PoseGoal
+from roboyard.planning.goals import Goal, PoseGoal, PosesGoal
 from roboyard.planning.obstacles import Obstacle, Shape
 from roboyard.planning.planner import Planner
 from roboyard.planning.planner_files import load_planner_file
@@ -238,15 +238,23 @@ def _goal(file: Path, goal: Any, where: str, count: int) -> Goal:
     if isinstance(goal, dict) and "joints" in goal:
         return tuple(numbers(file, goal, "joints", f"{where}.goal", count))
     if isinstance(goal, dict) and "link" in goal:
-        turn = goal.get("quaternion")
-        return PoseGoal(
-            link=str(goal["link"]),
-            position=numbers(file, goal, "position", f"{where}.goal", 3),
-            quaternion=None if turn is None else quaternion(file, goal, f"{where}.goal"),
-        )
+        return _pose_goal(file, goal, f"{where}.goal")
+    poses = goal.get("poses") if isinstance(goal, dict) else None
+    if isinstance(poses, list) and poses and all(isinstance(one, dict) and "link" in one for one in poses):
+        named = enumerate(cast(list[dict[str, Any]], poses))
+        return PosesGoal(poses=[_pose_goal(file, one, f"{where}.goal.poses[{k}]") for k, one in named])
     said = _SHORT.repr(goal)
     raise ConfigError(
-        f'{file.name}: {where}: goal is {said}; give {{"joints": [...]}} or {{"link", "position"}}'
+        f'{file.name}: {where}: goal is {said}; give {{"joints": [...]}}, {{"link", "position"}} or '
+        '{"poses": [...]}'
+    )
+
+
+def _pose_goal(file: Path, goal: dict[str, Any], where: str) -> PoseGoal:
+    return PoseGoal(
+        link=str(goal["link"]),
+        position=numbers(file, goal, "position", where, 3),
+        quaternion=None if goal.get("quaternion") is None else quaternion(file, goal, where),
     )
 
 

@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike
 
 from roboyard._lazy import lazy_module
 from roboyard.kinematics import solve_ik
-from roboyard.planning.goals import Goal, PoseGoal, tip_chain
+from roboyard.planning.goals import Goal, PoseGoal, PosesGoal, pose_task
 from roboyard.planning.path_search import SearchSpace
 from roboyard.planning.planner import Planner
-from roboyard.transforms import Array, inverse_pose, pose_matrix
+from roboyard.transforms import Array
 
 _motion = lazy_module("roboyard.planning.kernels.motion")
 
@@ -146,14 +146,11 @@ class Follower:
 
     def _goal_posture(self, goal: Goal) -> Array | None:
         """Return a posture (n,) of the goal: near the last one where that is free, else the nearest."""
-        if not isinstance(goal, PoseGoal):
+        if not isinstance(goal, PoseGoal | PosesGoal):
             return self.planner.vector(goal)
-        robot, root = self.planner.robot, self.planner.obstacles.root
+        chain, target, weights = pose_task(self.planner.robot, goal, self.planner.obstacles.root)
         near = self._q if self._posture is None else self._posture
-        turn = (0.0, 0.0, 0.0, 1.0) if goal.quaternion is None else goal.quaternion
-        target = inverse_pose(root) @ pose_matrix(goal.position, turn)
-        wanted = target[:3, 3] if goal.quaternion is None else target
-        found = solve_ik(tip_chain(robot, goal.link), wanted, near, restarts=0, iterations=30)
+        found = solve_ik(chain, target, near, restarts=0, iterations=30, orientation_weights=weights)
         if found.converged and self.planner.checker.free(found.q):
             self._posture = found.q
         elif self._time - self._searched >= REPLAN:

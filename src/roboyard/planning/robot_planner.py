@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.planning.attached import Attached, with_attached
 from roboyard.planning.depth_cloud import depth_obstacle
-from roboyard.planning.goals import Goal, PoseGoal, PostureSolution
+from roboyard.planning.goals import Goal, PoseGoal, PosesGoal, PostureSolution
 from roboyard.planning.hull_judge import HullJudge
 from roboyard.planning.live_world import WorldObstacles
 from roboyard.planning.obstacles import Obstacle, Obstacles
@@ -121,8 +121,8 @@ class RobotPlanner:
         planner = self.planner()
         return planner.plan(_inside(self.start(), planner), goal, **options)
 
-    def ik(self, goal: PoseGoal, **options: Any) -> list[PostureSolution]:
-        """Return all distinct postures found for a pose, free ones first; see `Planner.ik`."""
+    def ik(self, goal: PoseGoal | PosesGoal, **options: Any) -> list[PostureSolution]:
+        """Return all distinct postures found for a pose or several links' poses; see `Planner.ik`."""
         return self.planner().ik(goal, self.start(), **options)
 
 
