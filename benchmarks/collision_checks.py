@@ -42,9 +42,9 @@ def boxes_around(count: int, seed: int = 0) -> list[Obstacle]:
     random, made = np.random.default_rng(seed), []
     for k in range(count):
         angle, far = random.uniform(-np.pi, np.pi), random.uniform(0.35, 0.8)
-        size = tuple(float(x) for x in random.uniform(0.05, 0.2, 3))
+        x, y, z = (float(edge) for edge in random.uniform(0.05, 0.2, 3))
         place = (float(far * np.cos(angle)), float(far * np.sin(angle)), float(random.uniform(0, 1)))
-        made.append(Obstacle(name=f"box{k}", shape=Box(size=size), pose=Pose(position=place)))
+        made.append(Obstacle(name=f"box{k}", shape=Box(size=(x, y, z)), pose=Pose(position=place)))
     return made
 
 
