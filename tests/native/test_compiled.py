@@ -17,6 +17,7 @@ from roboyard.native import Kernel, compiled, record
 from roboyard.native.building import jit
 from roboyard.native.builtin import source_function
 from roboyard.native.called import source_of
+from roboyard.native.memory import images_can_be_loaded
 
 SOURCE = """
 import sys
@@ -274,3 +275,20 @@ def test_wrong_records_are_rejected_by_field() -> None:
         loop(0, tuple(pieces), np.zeros(2))
     with pytest.raises(TypeError, match="3 fields"):
         record(Pieces, "f8[::1]")
+
+
+@pytest.mark.skipif(not images_can_be_loaded(), reason="object files are not looked into here")
+def test_a_loop_that_needs_numba_when_it_runs_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "flat.py").write_text(
+        "import numpy as np\n"
+        "from roboyard.native import compiled\n\n"
+        '@compiled("f8[:,::1] -> f8")\n'
+        "def total(a):\n"
+        "    return a.reshape(a.shape[0] * a.shape[1])[0]\n\n"
+        "try:\n"
+        "    total(np.ones((2, 3)))\n"
+        "except TypeError as error:\n"
+        "    print(error)\n"
+    )
+    for _ in range(2):  # nothing is stored that a later process would load
+        assert "total calls numba_attempt_nocopy_reshape of numba" in run(tmp_path, "flat.py")

@@ -40,6 +40,11 @@ def load_image(image: Image) -> int:
     return base + image.entry
 
 
+def missing_functions(image: Image) -> list[str]:
+    """Return the names of functions that an image calls and that a process without numba does not have."""
+    return sorted({name for _, name in image.others if not _address(name)})
+
+
 @cache
 def _address(name: str) -> int:
     """Return the address of a function of the process or of the mathematics library, 0 where it is absent."""

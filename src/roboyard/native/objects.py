@@ -18,7 +18,7 @@ import numpy as np
 from roboyard._lazy import paused_collection
 from roboyard.native.called import source_of
 from roboyard.native.images import image_from_bytes, image_of
-from roboyard.native.memory import images_can_be_loaded, load_image
+from roboyard.native.memory import images_can_be_loaded, load_image, missing_functions
 from roboyard.native.processor import processor
 from roboyard.native.signatures import Signature
 
@@ -63,11 +63,22 @@ def can_be_kept(function: FunctionType, signature: Signature) -> bool:
 
 
 def _built(function: FunctionType, signature: Signature, name: str) -> bytes:
-    """Compile a loop and return its image, or an object file where this machine does not execute images."""
+    """Compile a loop and return its image, or an object file where this machine does not execute images.
+
+    Raises:
+        TypeError: the loop calls functions of numba, which later processes do not load.
+    """
     from roboyard.native.building import machine_code
 
     if images_can_be_loaded():
         image = image_of(machine_code(function, signature, name, is_small=True), name)
+        missing = [] if image is None else missing_functions(image)
+        if missing:
+            name = f"{function.__module__}.{function.__qualname__}"
+            raise TypeError(
+                f"{name} calls {', '.join(missing)} of numba, which is not loaded with stored code; "
+                "do without it (`reshape` is such: pass the array in its final shape)"
+            )
         if image is not None and load_image(image):
             return _IMAGE + image.to_bytes()
     return machine_code(function, signature, name, is_small=False)
