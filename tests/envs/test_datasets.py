@@ -54,6 +54,31 @@ def test_values_are_those_of_the_environment(written: Path) -> None:
     assert len(table["index"]) == at
 
 
+def test_lerobots_own_reader_gives_the_same_values(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With LeRobot's place and time of each frame; its own decoders of films need certain builds of torch."""
+    reader: Any = pytest.importorskip("lerobot.datasets.lerobot_dataset", exc_type=ImportError)
+    asked: list[tuple[str, float]] = []
+
+    def decode(file: Any, times: list[float], *_: Any) -> Any:
+        import torch  # pyright: ignore[reportMissingImports]
+
+        asked.extend((Path(file).name, time) for time in times)
+        return torch.zeros(len(times), 3, 4, 4)
+
+    monkeypatch.setattr(reader, "decode_video_frames", decode)
+    found = reader.LeRobotDataset("here/reach", root=written)
+    table = pq.read_table(written / "data" / "chunk-000" / "file-000.parquet").to_pydict()
+    assert (found.num_episodes, len(found), found.fps) == (2, 24, 30)
+    for at in range(24):
+        row = found[at]
+        assert row["task"] == "reach the point"
+        for name, values in table.items():
+            kind = np.asarray(row[name]).dtype
+            assert np.array_equal(np.asarray(row[name]), np.asarray(values[at], dtype=kind)), name
+    films = [(name, round(30 * time)) for name, time in asked]
+    assert films == [("file-000.mp4", at) for at in range(24)]
+
+
 def test_films_show_the_environment(written: Path) -> None:
     info = json.loads((written / "meta" / "info.json").read_text())
     file = written / info["video_path"].format(
