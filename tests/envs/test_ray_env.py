@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import socket
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 ray = pytest.importorskip("ray")
 
 import roboyard.envs as envs  # noqa: E402
+from roboyard.envs import ray_worker  # noqa: E402
 from roboyard.envs.ray_env import RayEnv  # noqa: E402
 from roboyard.errors import ConfigError  # noqa: E402
 
@@ -95,3 +97,19 @@ def test_environments_that_are_dropped_leave_no_actor(cluster: None) -> None:
     while ray.available_resources().get("CPU", 0) < free and time.monotonic() < until:
         time.sleep(0.2)
     assert ray.available_resources()["CPU"] == free
+
+
+def test_actors_on_other_machines_are_reached_over_tcp(
+    cluster: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ray_worker, "_node", lambda: "another")
+    many = envs.make_vec("roboyard/Reach-v0", 4, backend="ray", workers=2)
+    address, secret = ray.get(many._workers[1]._place, timeout=60)
+    assert isinstance(address, tuple) and len(secret) == 32
+    with socket.create_connection(address, timeout=10) as stranger:
+        stranger.sendall(b"GET / HTTP/1.0\r\n\r\n")
+    alone = envs.make_vec("roboyard/Reach-v0", 4)
+    assert np.array_equal(many.reset(seed=3)[0], alone.reset(seed=3)[0])
+    actions = np.random.default_rng(0).uniform(-1, 1, (4, 7))
+    assert np.array_equal(many.step(actions)[0], alone.step(actions)[0])
+    many.close()

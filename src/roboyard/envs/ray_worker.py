@@ -49,7 +49,7 @@ class WorkerLine:
             number: of the worker, for messages.
         """
         self.actor, self._number = actor, number
-        self._place = actor.listen.remote(ray.get_runtime_context().get_node_id())
+        self._place = actor.listen.remote(_node())
         self._serving = actor.serve.remote()
         self._connection: Connection[Any, Any] | None = None
         self._end = weakref.finalize(self, _kill, actor)
@@ -148,7 +148,7 @@ class Worker:
 
     def listen(self, node: str) -> tuple[Any, bytes]:
         """Wait for a connection from a node of the cluster; return where, and the secret that it needs."""
-        is_near = node == ray.get_runtime_context().get_node_id()
+        is_near = node == _node()
         place = None if is_near else (ray.util.get_node_ip_address(), 0)
         self._listener = Listener(place, authkey=self._secret)
         return self._listener.address, self._secret
@@ -164,7 +164,7 @@ class Worker:
 
     def _accept(self, listener: Listener) -> Connection[Any, Any]:
         while True:
-            with suppress(AuthenticationError, EOFError, ConnectionError):  # of a stranger: wait on
+            with suppress(AuthenticationError, EOFError, OSError):  # of a stranger: wait on
                 return listener.accept()
 
     def _answer(self, name: str, arguments: tuple[Any, ...]) -> bytes:
@@ -188,6 +188,11 @@ class Worker:
     def step(self, actions: np.ndarray) -> Any:
         """Return the result of a step with actions (n, a)."""
         return self._envs.step(actions)
+
+
+def _node() -> str:
+    """Return the node of the cluster on which this process runs."""
+    return ray.get_runtime_context().get_node_id()
 
 
 def _kill(actor: Any) -> None:
