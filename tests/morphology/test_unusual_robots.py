@@ -84,6 +84,28 @@ def test_suction_cups_on_their_own_are_a_gripper_and_vacuum_cleaners_are_not(nam
     assert [gripper.kind for gripper in semantic.grippers] == ["suction"] * (kind == "gripper")
 
 
+@pytest.mark.parametrize(("state", "kind"), [("none", "gripper"), ("box 0.05 0.05 0.05", "object")])
+def test_a_suction_gripper_may_state_by_a_joint_without_a_shape_whether_it_holds(
+    state: str, kind: str
+) -> None:
+    semantic = infer_semantics(unusual_robots.suction_cups(state=state))
+    assert (semantic.kind, semantic.base) == (kind, "none")
+    assert [gripper.joints for gripper in semantic.grippers] == [()] * (kind == "gripper")
+
+
+def test_blades_that_follow_a_frame_without_a_shape_open_as_it_turns() -> None:
+    (gripper,) = infer_semantics(unusual_robots.scissors()).grippers
+    assert (gripper.joints, gripper.opening) == (("jaw",), "increasing")
+    assert set(gripper.mimic_joints) == {"jaw_1_joint", "jaw_2_joint"}
+
+
+def test_of_a_neck_and_its_gear_the_one_that_carries_the_head_is_said() -> None:
+    semantic = infer_semantics(unusual_robots.gears_beside_a_neck())
+    assert semantic.head_joints == ("neck_yaw_driven", "neck_pitch")
+    assert semantic.head_link == "head"
+    assert len(semantic.arms) == 2
+
+
 def test_a_jaw_against_the_last_link_of_an_arm() -> None:
     semantic = infer_semantics(unusual_robots.single_jaw_arm())
     (arm,) = semantic.arms

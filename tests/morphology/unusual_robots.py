@@ -97,12 +97,14 @@ def steering_for_show() -> RobotDescription:
     )
 
 
-def suction_cups(name: str = "suction_cup") -> RobotDescription:
-    """A body with four parts on fixed joints."""
+def suction_cups(name: str = "suction_cup", *, state: str = "") -> RobotDescription:
+    """A body with four parts on fixed joints; and a joint, with a shape or without, that says if it holds."""
     parts = [link("b", "box 0.1 0.1 0.05", 1)]
     for k in range(4):
         parts.append(link(f"{name}_{k}", "cylinder 0.01 0.02", 0.01))
         parts.append(joint(f"j{k}", "b", f"{name}_{k}", kind="fixed", xyz=f"{0.02 * k} 0 0.05"))
+    if state:
+        parts += [link("state", state.removeprefix("none"), 0.01), joint("gripper", "b", "state")]
     return robot(*parts)
 
 
@@ -130,6 +132,30 @@ def jaw_beside_a_short_one() -> RobotDescription:
         link("moving_jaw", "box 0.02 0.02 0.12", 0.05, origin="-0.02 0 0.06"),
         joint("gripper", "fixed_jaw", "moving_jaw", xyz="0 0 0.02", axis="0 -1 0", limits=(-1.1, 1.1)),
     )
+
+
+def scissors() -> RobotDescription:
+    """An arm with two blades on one axle that follow the joint of a frame without a shape, closed at zero."""
+    parts = [link("b", "box 0.2 0.2 0.1", 5), *chain("a", "b", "0 0 0.1", ARM, "0 0 0.2")]
+    parts += [link("frame"), joint("jaw", "a4", "frame", xyz="0 0 0.1", limits=(0, 1.5))]
+    for name, axis in (("jaw_1", "1 0 0"), ("jaw_2", "-1 0 0")):
+        follow = '<mimic joint="jaw" multiplier="0.5"/>'
+        parts += [link(name, "box 0.005 0.003 0.04", 0.01, origin="0 0 0.02")]
+        parts += [joint(f"{name}_joint", "a4", name, xyz="0 0 0.1", axis=axis, mimic=follow)]
+    return robot(*parts)
+
+
+def gears_beside_a_neck() -> RobotDescription:
+    """Two arms and a head of two joints, with the gear that turns it on a joint of its own before it."""
+    parts = [link("b", "box 0.2 0.3 0.6", 20, origin="0 0 0.3")]
+    parts += [link("spur_gear", "cylinder 0.02 0.01", 0.01)]
+    parts += [joint("neck_yaw_drive", "b", "spur_gear", xyz="-0.02 0 0.6")]
+    parts += [link("neck", "cylinder 0.03 0.05", 0.1), joint("neck_yaw_driven", "b", "neck", xyz="0 0 0.62")]
+    parts += [link("head", "box 0.1 0.12 0.1", 0.5, origin="0 0 0.05")]
+    parts += [joint("neck_pitch", "neck", "head", xyz="0 0 0.05", axis="0 1 0")]
+    for side, y in (("left", 0.2), ("right", -0.2)):
+        parts += chain(f"{side}_arm", "b", f"0 {y} 0.5", ("0 1 0", "1 0 0", "0 0 1", "0 1 0"), "0 0 -0.15")
+    return robot(*parts)
 
 
 def gripper_of_springs() -> RobotDescription:

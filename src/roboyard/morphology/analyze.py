@@ -32,7 +32,7 @@ from roboyard.morphology.hands.describe import FoundGripper, describe_gripper
 from roboyard.morphology.kind import find_kind
 from roboyard.morphology.limbs.chains import find_limbs
 from roboyard.morphology.limbs.hands import find_palms, hand_alone
-from roboyard.morphology.limbs.roles import Part, Roles, find_roles
+from roboyard.morphology.limbs.roles import Part, Roles, best_head, find_roles
 from roboyard.morphology.sensors.find import find_sensors
 from roboyard.morphology.skeleton import BASE, Skeleton
 from roboyard.morphology.upright import seen_from, sideways_wheels, turned
@@ -68,6 +68,13 @@ def infer_semantics(
     return found
 
 
+def _is_still(skeleton: Skeleton) -> bool:
+    """Return whether no joint moves a part; what is on or off may be a joint without one."""
+    return all(
+        skeleton.parent[name] == BASE and not len(skeleton.points_below(name)) for name in skeleton.joint
+    )
+
+
 def _infer(skeleton: Skeleton, evidence: FileEvidence) -> SemanticDescription:
     """Return the semantics of a robot with z up, or with limbs that show what is up."""
     description = skeleton.description
@@ -87,7 +94,7 @@ def _infer(skeleton: Skeleton, evidence: FileEvidence) -> SemanticDescription:
         base = None
     hands: dict[str, FoundGripper] = {}
     links = skeleton.links[BASE]
-    if not skeleton.joint and holds_by_suction((*links, description.name), evidence):
+    if _is_still(skeleton) and holds_by_suction((*links, description.name), evidence):
         hands[links[0]] = describe_gripper(description, links, (), evidence)
     kind = find_kind(skeleton, base, rotors, roles, is_hand=is_hand, holds=bool(hands))
     arms = tuple(_arm(skeleton, part, evidence, hands) for part in roles.arms)
@@ -100,7 +107,7 @@ def _infer(skeleton: Skeleton, evidence: FileEvidence) -> SemanticDescription:
     wheels = base.wheels if base is not None else ()
     is_legged = kind.base == "legged"
     driven = tuple(wheel for wheel in wheels if wheel.is_driven)
-    heads = roles.heads[:1] if roles.heads else ()
+    heads = best_head(skeleton, roles)
     semantic = SemanticDescription(
         base_link=skeleton.base_link,
         kind=kind.kind,

@@ -45,7 +45,7 @@ def find_kind(
         rotors: its rotors.
         roles: its limbs.
         is_hand: whether all joints are fingers.
-        holds: whether it is a suction gripper without joints.
+        holds: whether it is a suction gripper, of which no joint moves a part.
     """
     if rotors is not None:
         return _kind("drone", "floating", rotors.confidence, rotors.evidence)
@@ -56,7 +56,12 @@ def find_kind(
         text = f"nothing but {fingers} fingers"
         return _kind("hand" if hand else "gripper", "none", 0.85, (text,))
     if holds:
-        return _kind("gripper", "none", 0.6, ("it has no joint, and its names say that it holds by suction",))
+        return _kind(
+            "gripper",
+            "none",
+            0.6,
+            ("no joint moves a part of it, and its names say that it holds by suction",),
+        )
     arms, legs = len(roles.arms), len(roles.legs)
     if legs:
         return _legged(roles, base)

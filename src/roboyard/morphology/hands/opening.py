@@ -134,8 +134,9 @@ def opening_of(hand: HandGeometry, grasp: Grasp, name: str) -> tuple[Opening | N
         lower, upper = home - 0.5, home + 0.5
     poses = hand.poses({name: np.array([lower, upper])})
     moved = [f for f in hand.fingers if _moves(hand, name, f)]
-    finger = next((f for f in moved if name in f.joints), moved[0] if moved else None)
-    tip = None if finger is None else hand.tip_points(finger, grasp.approach, poses)
+    moved.sort(key=lambda f: name not in f.joints)
+    tips = ((f, hand.tip_points(f, grasp.approach, poses)) for f in moved)
+    finger, tip = next(((f, tip) for f, tip in tips if tip is not None), (None, None))
     if finger is None or tip is None:
         return None, 0.0
     change = _change(hand, grasp, finger, poses, tip)

@@ -356,6 +356,20 @@ def _head(skeleton: Skeleton, limb: Limb) -> Part:
     )
 
 
+def best_head(skeleton: Skeleton, roles: Roles) -> tuple[Part, ...]:
+    """Return the head that a robot is said to have, or none: of those with as much evidence the one that
+    carries most links. A gear or a lidar beside the neck turns alone.
+    """
+    if not roles.heads:
+        return ()
+
+    def carried(part: Part) -> int:
+        below = skeleton.below(part.limb.joints[0])
+        return sum(len(skeleton.links[name]) for name in below)
+
+    return (max(roles.heads, key=lambda part: (part.confidence, carried(part))),)
+
+
 def _begins_an_arm(skeleton: Skeleton, joints: Sequence[str], limb: Limb) -> bool:
     """Return whether the joints below the only arm of a robot that stands still are that arm's first ones."""
     leads = skeleton.path(limb.joints[0])[: len(joints)] == list(joints)
