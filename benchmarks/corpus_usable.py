@@ -5,9 +5,9 @@
 
 Every URDF in the folders is imported and validated in a process of its own, then driven for 30 s by random
 actions in the scene `home`. It must not fall through anything, hold a NaN or leave its joint limits. Rows are
-added to DIR/rows.jsonl as they come, so that an interrupted run goes on where it was (--again repeats); at
-the end DIR/usable.md and DIR/usable.json have the table. ROS packages are searched in the folders given and
-above each file.
+added to DIR/rows.jsonl as they come, so that an interrupted run goes on where it was (--again repeats);
+DIR/usable.md and DIR/usable.json have the table of the rows so far. ROS packages are searched in the folders
+given and above each file.
 """
 
 from __future__ import annotations
@@ -70,12 +70,18 @@ def main() -> None:
             with log.open("a") as out:
                 out.write(json.dumps(row) + "\n")
             print(f"{row['status']:8} {row['robot']}: {'; '.join(row.get('why', ()))}", flush=True)
+            write_tables([rows[names[file]] for file in files if names[file] in rows], arguments.out)
     chosen = [rows[names[file]] for file in files if names[file] in rows]
-    (arguments.out / "usable.json").write_text(json.dumps(chosen, indent=1) + "\n")
-    (arguments.out / "usable.md").write_text(table(chosen))
+    write_tables(chosen, arguments.out)
     print(
         f"{sum(row['status'] == 'ok' for row in chosen)} of {len(chosen)} usable; {arguments.out}/usable.md"
     )
+
+
+def write_tables(rows: list[dict[str, Any]], folder: Path) -> None:
+    """Write the rows as JSON and as Markdown."""
+    (folder / "usable.json").write_text(json.dumps(rows, indent=1) + "\n")
+    (folder / "usable.md").write_text(table(rows))
 
 
 def find_files(robots: list[Path]) -> list[Path]:
