@@ -21,6 +21,7 @@ OWN_FILES = {
     "roboyard.robots.pictures": "files of a registered robot, which were read before",
     "roboyard.shapes.convex.coacd_process": "what our own child process wrote",
     "roboyard.shapes.convex.coacd_worker": "what our own parent process wrote",
+    "roboyard.viewer.driving.insets": "insets.js, which is part of this package",
     "roboyard.viewer.driving.panel": "a video that was written here",
     "roboyard.viewer.inspector.edits.save_edits": "a file that was read within bounds before",
     "roboyard.viewer.inspector.panels.link_tree": "link_tree.js, which is part of this package",

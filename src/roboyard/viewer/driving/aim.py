@@ -20,6 +20,8 @@ DISTANCES = (2.9, 2.2, 1.7)
 """Distances from the robot's middle that are tried (robot heights)."""
 SEEN = (0.1, 0.5, 0.95)
 """Heights of the points that must be visible (robot heights)."""
+SHOWN_THROUGH = (0.02, 0.5, 0.95)
+"""Heights of the points that walls must not hide later (robot heights)."""
 ELEVATIONS = (28.0, 40.0, 50.0)
 """Angles above the horizon that are tried (degrees)."""
 TURNS = (0.0, 30.0, -30.0, 60.0, -60.0, 100.0, -100.0, 140.0, -140.0, 180.0)
@@ -70,10 +72,10 @@ def clear_viewpoint(robot: Robot) -> tuple[Array, Array]:
 
 
 def seen_heights(robot: Robot) -> list[float]:
-    """Return the heights above the base link (m) of the points of a robot that a page should see."""
+    """Return the heights above the base link (m) of the points of a robot that walls must not hide."""
     lower, upper = robot.body.bounds[:, 2]
     height = max(float(upper - lower), MIN_HEIGHT)
-    return [float(lower) + share * height - float(robot.base_link.pose[0][2]) for share in SEEN]
+    return [float(lower) + share * height - float(robot.base_link.pose[0][2]) for share in SHOWN_THROUGH]
 
 
 def _direction(azimuth: float, elevation: float) -> Array:

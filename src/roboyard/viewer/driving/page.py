@@ -89,6 +89,8 @@ class DrivingPage(DrivingSession):
             self.scans.clear()
         elif self.viewer.watchers:
             self.scans.show(lidars_of(self.robot))
+        if self.viewer.watchers:
+            self.requests.execute(self.insets.update)
         self._pace = [*self._pace[-10:], (now, self.world.time)]
         if now > self._error_until:
             self.show_status()

@@ -17,6 +17,7 @@ from roboyard.viewer.bar.bar import Controls
 from roboyard.viewer.driving.action_source import KEY_NAMES, ActionSource
 from roboyard.viewer.driving.aim import look_from_behind, seen_heights
 from roboyard.viewer.driving.ik_handles import IkHandles
+from roboyard.viewer.driving.insets import Insets
 from roboyard.viewer.driving.video import HEIGHT, WIDTH, VideoRecording, free_file, is_same_scene, moment_of
 from roboyard.viewer.page.joysticks import Joysticks
 from roboyard.viewer.page.keys import KeyEvent, Keys
@@ -109,6 +110,7 @@ class DrivingSession:
         self.filmed_client: int | None = None
         """Number of the client whose page started the video; None: no page did."""
         self.scans = Scans(server)
+        self.insets = Insets(server, self.requests.do)
         self.recorder: Recorder | None = None
         """State recorder that samples each control step; None: none."""
         self.moments: dict[str, StateLog] = {}
@@ -152,6 +154,7 @@ class DrivingSession:
         self._start = self.world.save_state()
         self.viewer.time_folder.setup = self.scene_setup.setup
         self._panel.show_robot()
+        self.insets.show_robot(self.robot)
         self.set_follow(self._panel.follows_robot)
         self.set_see_through(self._panel.sees_through)
         self.show_status()
