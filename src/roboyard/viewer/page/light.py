@@ -11,9 +11,10 @@ import numpy as np
 from roboyard.rendering.light import Light
 from roboyard.transforms import Array, quaternion_from_axis_angle, to_wxyz
 
-SUN_GAIN, SKY_GAIN = 2.2, 0.95
-"""Factors on the light of `roboyard.rendering`, which adds display colours instead of linear light."""
-FILL_INTENSITY, FILL_DIRECTION = 0.5, (1.0, -0.6, 0.6)
+SUN_GAIN, SKY_GAIN, GROUND_GAIN = 2.2, 0.66, 0.5
+"""Factors on the light of `roboyard.rendering`, which adds display colours instead of linear light; chosen so
+that matte spheres of four shades of grey and a floor differ least from its pictures."""
+FILL_INTENSITY, FILL_DIRECTION = 0.25, (1.0, -0.6, 0.6)
 """Light without shadow from the side of the first camera, so that dark parts show highlights."""
 SUN_DISTANCE = 100.0
 """Distance of the sun from the origin (m)."""
@@ -60,7 +61,7 @@ def set_light(server: Any) -> PageLight:
     scene.add_light_directional(
         "/lights/fill", intensity=FILL_INTENSITY, position=_sun_position(FILL_DIRECTION)
     )
-    ground = round(255 * below)
+    ground = round(255 * GROUND_GAIN * below)
     scene.add_light_hemisphere(
         "/lights/sky",
         intensity=above,

@@ -1,0 +1,102 @@
+"""Two tabs of the inspector, and one that is loaded again: they show the same as the server."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("viser")
+from roboyard.viewer.inspector import Inspector, RobotSource
+
+sys.path.insert(0, str(Path(__file__).parent))
+import chromium
+from chromium import until
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(chromium.PROGRAM is None, reason="needs Chromium"),
+]
+VALUE = "Number([...document.querySelectorAll('[role=slider]')][0]?.getAttribute('aria-valuenow') ?? 9)"
+SLIDER = "[...document.querySelectorAll('[role=slider]')]"
+RELOADED = "window.__before === undefined && document.readyState === 'complete'"
+
+
+def test_two_tabs_and_a_reloaded_one_agree(pendulum: Path, tmp_path: Path) -> None:
+    pendulum.write_text(
+        pendulum.read_text().replace(
+            "</geometry></visual>",
+            '</geometry><material name="red"><color rgba="0.9 0 0 1"/></material></visual>',
+        )
+    )
+    inspector = Inspector(RobotSource(name="pendulum", urdf=pendulum), port=0, quiet=True)
+    pages = []
+
+    def tick() -> None:
+        inspector.tick(0.02)
+
+    def middle(page: chromium.Page) -> float | None:
+        """Return how far right of the middle the red pixels are (pixels); None: there are none."""
+        width = page.evaluate("window.__viserMutable?.canvas?.getBoundingClientRect().width")
+        if not width:
+            return None
+        picture = page.picture()[60:, : round(width)]
+        red = picture[..., 0] > picture[..., 1:].max(axis=2) + 60
+        return float(np.nonzero(red)[1].mean()) - width / 2 if red.sum() > 100 else None
+
+    def is_as_far(page: chromium.Page, place: float) -> bool:
+        found = middle(page)
+        return found is not None and abs(found - place) < 6
+
+    def open_move_tab(page: chromium.Page) -> bool:
+        """Click on the tab with the sliders until they are shown."""
+        if page.evaluate(f"{SLIDER}.some(e => e.getClientRects().length)"):
+            return True
+        place = page.place_of(page.with_text("Move"))
+        if place is not None:
+            page.click(*place)
+        return False
+
+    def move(page: chromium.Page, key: str, goal: float) -> None:
+        """Move the hinge to a limit by a key on its slider, pressed until the page obeys."""
+
+        def is_there() -> bool:
+            if abs(inspector.body.joint("hinge").position - goal) < 0.01:
+                return True
+            page.evaluate(f"{SLIDER}[0].focus()")
+            page.press(key)
+            return False
+
+        until(is_there, tick=tick)
+
+    try:
+        for number in range(2):
+            pages.append(chromium.Page(inspector.viewer.url, tmp_path / f"profile {number}"))
+            until(lambda: middle(pages[-1]) is not None, tick=tick)
+            until(lambda: open_move_tab(pages[-1]), tick=tick)
+        start = until(lambda: middle(pages[0]), tick=tick)
+        until(lambda: is_as_far(pages[1], start), tick=tick)
+        move(pages[0], "End", 2.0)
+        for page in pages:
+            until(lambda page=page: page.evaluate(VALUE) == 2.0, tick=tick)
+            until(lambda page=page: not is_as_far(page, start), tick=tick)
+        shown = until(lambda: middle(pages[0]), tick=tick)
+        until(lambda: is_as_far(pages[1], shown), tick=tick)
+        pages[0].evaluate("window.__before = 1; location.reload()")
+        until(lambda: pages[0].evaluate(RELOADED), tick=tick)
+        until(lambda: is_as_far(pages[0], shown), tick=tick)
+        until(lambda: open_move_tab(pages[0]), tick=tick)
+        until(lambda: pages[0].evaluate(VALUE) == 2.0, tick=tick)
+        # the tab that stayed open moves the robot in the reloaded one
+        move(pages[1], "Home", -2.0)
+        until(lambda: pages[0].evaluate(VALUE) == -2.0, tick=tick)
+        until(lambda: not is_as_far(pages[0], shown), tick=tick)
+        pages[1].close()
+        until(lambda: inspector.viewer.watchers == 1, tick=tick)
+        assert pages[0].evaluate(VALUE) == -2.0
+    finally:
+        for page in pages:
+            page.close()
+        inspector.close()
