@@ -7,6 +7,7 @@ from math import sin
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import roboyard.pybullet as p
@@ -223,3 +224,28 @@ def test_old_names_of_arguments(body: int) -> None:
     p.setJointMotorControl2(bodyIndex=body, jointIndex=0, controlMode=p.VELOCITY_CONTROL, targetVelocity=1)
     p.stepSimulation()
     assert p.getJointState(body, 0)[1] == pytest.approx(1, rel=1e-3)
+
+
+@pytest.mark.parametrize("mode", ["POSITION_CONTROL", "VELOCITY_CONTROL"])
+def test_arrays_command_as_lists_and_single_calls_do(client: int, tmp_path: Path, mode: str) -> None:
+    def moved(command: Callable[..., None]) -> list[float]:
+        p.resetSimulation()
+        body = rod(p, tmp_path)
+        for step in range(30):
+            command(body, getattr(p, mode), 0.3 + 0.01 * step, 0.1 * step, 50.0 + step, 0.2, 0.7)
+            p.stepSimulation()
+        return [*p.getJointState(body, 0)[:2]]
+
+    def each(body: int, mode: int, goal: float, speed: float, force: float, kp: float, kd: float) -> None:
+        p.setJointMotorControl2(body, 0, mode, goal, speed, force, kp, kd)
+
+    def together(convert: Callable[..., Any]) -> Callable[..., None]:
+        def command(body: int, mode: int, *numbers: float) -> None:
+            p.setJointMotorControlArray(body, convert([0]), mode, *(convert([x]) for x in numbers))
+
+        return command
+
+    wanted = moved(each)
+    assert abs(wanted[0]) > 0.01
+    assert moved(together(list)) == wanted
+    assert moved(together(np.array)) == wanted

@@ -118,12 +118,12 @@ class MotorCommands:
         forces: Vector | None, kps: Vector | None, kds: Vector | None, time_step: float,
     ) -> bool:  # fmt: skip
         """Set several motors before the next step; return False, with no effect, for the general path."""
-        key = tuple(joints)
+        key = tuple(_plain(joints))
         group = self._groups.get(key) or self._group(key)
         if group is None or (mode != _POSITION and mode != _VELOCITY):
             return False
         count = group.count
-        bounds = (DEFAULT_MAX_FORCE,) * count if forces is None else tuple(forces)
+        bounds = (DEFAULT_MAX_FORCE,) * count if forces is None else tuple(_plain(forces))
         if len(bounds) != count or not self._motors_off.isdisjoint(group.driven):
             return False
         known = self._bounds_in_use
@@ -134,17 +134,17 @@ class MotorCommands:
                 return False
             total = sum(bounds)
         if positions is not None:
-            positions = tuple(positions)
+            positions = tuple(_plain(positions))
             if len(positions) != count:
                 return False
             total += sum(positions)
         if velocities is not None:
-            velocities = tuple(velocities)
+            velocities = tuple(_plain(velocities))
             if len(velocities) != count:
                 return False
             total += sum(velocities)
         if kps is not None or kds is not None:
-            kps, kds = (None if gains is None else tuple(gains) for gains in (kps, kds))
+            kps, kds = (None if gains is None else tuple(_plain(gains)) for gains in (kps, kds))
             for gains in (kps, kds):
                 if gains is not None:
                     if len(gains) != count:
@@ -186,3 +186,8 @@ class MotorCommands:
         group = _Group(key, rows, np.array([self._limits[joint] for joint in key]))
         self._groups[key] = group
         return group
+
+
+def _plain(values: Any) -> Any:
+    """Return an array as a list of Python's numbers, which are handled faster; anything else as it is."""
+    return values.tolist() if type(values) is np.ndarray else values

@@ -45,7 +45,9 @@ class VelocityMotors:
         self._joints: Any = ()
         """Arguments of the kernel that describe the joints."""
         self._bound_timestep = 0.0
-        self._gathered = self._has_spherical = False
+        self._gathered = False
+        self.has_spherical = False
+        """Whether any joint of the world is spherical."""
 
     @property
     def is_active(self) -> bool:
@@ -152,7 +154,7 @@ class VelocityMotors:
             alone: whether all rows are solved in turn, which reads the references of spherical joints only.
         """
         count = data.nf
-        if count == 0 or (alone and not self._has_spherical):
+        if count == 0 or (alone and not self.has_spherical):
             return
         motors, targets, dof_joint, types, qpos_places, dof_places, qpos, qvel = self._joints
         kernels().drive_motors(
@@ -231,7 +233,7 @@ class VelocityMotors:
         )
         self._bound_timestep = 0.0
         self._gathered = True
-        self._has_spherical = bool((model.jnt_type == 1).any())
+        self.has_spherical = bool((model.jnt_type == 1).any())
 
     def _place(self, model: Any, body: LinkBody, own: BodyMotors) -> None:
         here = slice(body.first_dof, body.first_dof + len(own.motors))

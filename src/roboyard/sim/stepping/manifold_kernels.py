@@ -166,10 +166,11 @@ def located(points, pair, m, xpos, xmat, one, two):
     return gap, slid, 0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz)
 
 
-@compiled("i8 f8[:,::1] f8[:,:] f8[:,:] f8[:]")
-def write_points(count, extra, position, frame, dist):  # pragma: no cover
-    """Write kept points over the last contacts, which are copies of others."""
-    first = position.shape[0] - count
+@compiled(CONTACTS, "i8 i8 f8[:,::1]")
+def write_points(contacts, contact_count, count, extra):  # pragma: no cover
+    """Write kept points over the last `count` contacts, which are copies of others."""
+    position, frame, dist = contacts.position, contacts.frame, contacts.dist
+    first = contact_count - count
     for n in range(count):
         for k in range(3):
             position[first + n, k] = extra[n, k]

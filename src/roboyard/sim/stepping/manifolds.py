@@ -99,13 +99,13 @@ class Manifolds:
         count = self._keep(bound, found, margins, reaches)
         if not count:
             return False
-        added = 0
+        added, contacts = 0, data.contact
         for source in self._source[:count].tolist():
-            if mujoco.mj_addContact(model, data, data.contact[source]):
+            if mujoco.mj_addContact(model, data, contacts[source]):
                 break  # MuJoCo's memory is full; it has warned, and grows before the next step
             added += 1
-        contact = data.contact
-        kernels().write_points(added, self._extra, contact.pos, contact.frame, contact.dist)
+        total = found.look()[0]
+        kernels().write_points(found.contacts, total, added, self._extra)
         return True
 
     def forget(self) -> None:
@@ -120,15 +120,15 @@ class Manifolds:
         if len(self._source) < 4 * count:
             self._source, self._extra = np.zeros(8 * count, np.int32), np.zeros((8 * count, 13))
         now, following = self._now, self._next
-        found = kernels().keep_points(
+        extra = kernels().keep_points(
             *(contacts.contacts, count, self._kinds, *bound.geoms),
             *(*bound.frames, margins, reaches, bound.seen, self._count, now.keys, now.counts, now.points),
             *(following.keys, following.counts, following.points),
             *(self._fresh, self._source, self._extra, self._ends),
         )
         self._now, self._next = following, now
-        self._count = int(self._ends[0])
-        return found
+        self._count = self._ends.item()
+        return extra
 
     def _bind(self, model: Any, data: Any) -> None:
         world = self._world

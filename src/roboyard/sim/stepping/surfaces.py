@@ -39,6 +39,8 @@ class Surfaces:
         """Function that returns the (ngeom,) gaps (m) from which on contacts do not push."""
         self.soft: SoftBodies | None = None
         self._no_margins = self._no_reaches = np.zeros(0)
+        self._widths: tuple[int, tuple[np.ndarray, np.ndarray]] | None = None
+        """Revision of the world, and what `margins_and_reaches` returns in it."""
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
         self._drag: tuple[Any, ...] = ()
@@ -68,10 +70,14 @@ class Surfaces:
 
     def margins_and_reaches(self, model: Any, data: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return `margins_of` and `reaches_of`: (ngeom,) widths and gaps (m)."""
-        if self._damping_rows is None or self._restitution_rows is None:
-            self._look_up(model, data)
-        margins = self.margins_of() if self.margins_of else self._no_margins
-        return margins, self.reaches_of() if self.reaches_of else self._no_reaches
+        known, revision = self._widths, self._world.revision
+        if known is None or known[0] != revision:
+            if self._damping_rows is None or self._restitution_rows is None:
+                self._look_up(model, data)
+            margins = self.margins_of() if self.margins_of else self._no_margins
+            reaches = self.reaches_of() if self.reaches_of else self._no_reaches
+            known = self._widths = revision, (margins, reaches)
+        return known[1]
 
     def restitution(self, link: Link) -> float:
         """Return the coefficient of restitution of a link; 0 where none was set."""
@@ -160,7 +166,7 @@ class Surfaces:
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
-        self._restitution_rows = self._damping_rows = None
+        self._restitution_rows = self._damping_rows = self._widths = None
 
     def apply(self, model: Any, data: Any, found: StepRows, timestep: float, *, alone: bool = False) -> None:
         """Add drag to xfrc_applied and bounce to the contacts' references, between mj_step1 and mj_step2.

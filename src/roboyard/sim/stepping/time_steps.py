@@ -85,7 +85,8 @@ class Stepping:
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = False
         self._velocity_limits: dict[tuple[int, int], float] = {}
         self._compiled: tuple[Any, ...] | None = None
-        """MuJoCo's options, a step's rows, velocities, accelerations and the bounds on velocities, if any."""
+        """MuJoCo's options, a step's rows, velocities, accelerations, bounds on velocities, if any, and
+        whether there are actuators."""
 
     def refresh(self) -> None:
         """Look up which rules the steps have to apply."""
@@ -157,7 +158,10 @@ class Stepping:
         if self._soft.by_id:
             self._step_in_parts(model, data)
         elif self._world.hard_contacts:  # stops are rigid, too
-            self._attempt(model, data)
+            if self._has_motors and self._has_surfaces and not self._is_bounded:
+                self._motor_step(model, data)
+            else:
+                self._attempt(model, data)
         else:
             self._whole_step(model, data)
         if self._has_surfaces or self.wrenches.pending:
@@ -177,6 +181,32 @@ class Stepping:
                 self._whole_step(model, data)
         finally:
             option.timestep = whole
+
+    def _motor_step(self, model: Any, data: Any) -> None:
+        """Do what `_attempt` does in a world of rigid contacts, motors and no bounded constraints."""
+        compiled = self._compiled
+        if compiled is None:
+            compiled = self._compiled = self._look_up(model, data)
+        option, found, qvel, qacc, limits, has_actuators = compiled
+        timestep, in_turn, motors = option.timestep, self.in_turn, self.motors
+        motors.prepare(model, timestep)
+        self.manifolds.prepare(model, data)
+        mujoco.mj_step1(model, data)
+        self._keep_contacts(model, data, found)
+        alone = in_turn.arrange(model, data, found)
+        self.surfaces.apply(model, data, found, timestep, alone=alone)
+        if not alone or motors.has_spherical:
+            motors.apply(data, timestep, alone=alone)
+        if not alone:
+            self._solve(model, data, timestep, slides=False, alone=False)
+            return
+        if has_actuators:
+            mujoco.mj_fwdActuation(model, data)
+        mujoco.mj_fwdAcceleration(model, data)
+        in_turn.solve(model, data, found, timestep)
+        if limits is not None:
+            kernels().bound_velocity(qvel, qacc, timestep, limits)
+        self._integrate(model, data)
 
     def _whole_step(self, model: Any, data: Any) -> None:
         if self.stops.is_watching(model, data):
@@ -255,10 +285,9 @@ class Stepping:
 
         `alone`: robots with motors, and what touches them, have all rows.
         """
-        world = self._world
         if self._compiled is None:
             self._compiled = self._look_up(model, data)
-        _, found, qvel, qacc, limits = self._compiled
+        _, found, qvel, qacc, limits, _ = self._compiled
         if self._is_bounded:
             self.constraints.free_axes(model, data)
         if slides:
@@ -276,7 +305,11 @@ class Stepping:
         if slides:  # as in mj_step2
             mujoco.mj_sensorAcc(model, data)
             mujoco.mj_checkAcc(model, data)
-        if world.profile.integrator == "euler":
+        self._integrate(model, data)
+
+    def _integrate(self, model: Any, data: Any) -> None:
+        """Advance positions and velocities by the accelerations."""
+        if self._world.profile.integrator == "euler":
             mujoco.mj_Euler(model, data)
         else:
             mujoco.mj_implicit(model, data)
@@ -294,7 +327,7 @@ class Stepping:
     def _look_up(self, model: Any, data: Any) -> tuple[Any, ...]:
         largest = self._world.profile.largest_velocity
         limits = None if largest is None else self._gather_limits(model, largest)
-        return model.opt, StepRows(data, model.nv), data.qvel, data.qacc, limits
+        return model.opt, StepRows(data, model.nv), data.qvel, data.qacc, limits, model.nu > 0
 
     def _gather_limits(self, model: Any, usual: float) -> np.ndarray:
         limits = np.full(model.nv, usual)
