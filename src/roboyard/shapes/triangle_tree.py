@@ -52,19 +52,33 @@ def triangle_tree(mesh: TriangleMesh) -> TriangleTree:
         mesh: the triangles; their winding does not matter.
     """
     corners = np.asarray(mesh.vertices, dtype=float)[mesh.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    areas = np.linalg.norm(normals, axis=1)
+    normals = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = _length(normals)
     kept = np.flatnonzero(areas > _SMALLEST)
-    kept = kept[np.argsort(_places_on_curve(corners[kept].mean(axis=1)), kind="stable")]
-    corners, normals = np.ascontiguousarray(corners[kept]), normals[kept] / areas[kept, None]
-    along = np.roll(corners, -1, axis=1) - corners
-    sides = np.cross(along, normals[:, None, :])
-    sides /= np.maximum(np.linalg.norm(sides, axis=2, keepdims=True), 1e-300)
+    middles = ((corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3)[kept]
+    kept = kept[np.argsort(_places_on_curve(middles), kind="stable")]
+    corners, normals = corners[kept], normals[kept] / areas[kept, None]
+    sides = np.empty_like(corners)
+    for k in range(3):
+        side = _cross(corners[:, (k + 1) % 3] - corners[:, k], normals)
+        sides[:, k] = side / np.maximum(_length(side), 1e-300)[:, None]
     lower, upper, first = _boxes(corners)
     return TriangleTree(
         corners=corners, normals=normals, sides=sides, smooth=_smooth(corners, sides),
         lower=lower, upper=upper, first=first,
     )  # fmt: skip
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return the cross products of (t, 3) vectors, in a third of `numpy.cross`'s time."""
+    (x, y, z), (u, v, w) = a.T, b.T
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1)
+
+
+def _length(a: Array) -> Array:
+    """Return the lengths (t,) of (t, 3) vectors."""
+    x, y, z = a.T
+    return np.sqrt(x * x + y * y + z * z)
 
 
 def _places_on_curve(points: Array) -> np.ndarray:
@@ -88,13 +102,14 @@ def _boxes(corners: Array) -> tuple[Array, Array, np.ndarray]:
     first = (np.arange(leaves + 1) * count // leaves).astype(np.int32)
     lower, upper = np.zeros((2 * leaves - 1, 3)), np.zeros((2 * leaves - 1, 3))
     if count:
-        lower[leaves - 1 :] = np.minimum.reduceat(corners.min(axis=1), first[:-1])
-        upper[leaves - 1 :] = np.maximum.reduceat(corners.max(axis=1), first[:-1])
+        a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+        lower[leaves - 1 :] = np.minimum.reduceat(np.minimum(np.minimum(a, b), c), first[:-1])
+        upper[leaves - 1 :] = np.maximum.reduceat(np.maximum(np.maximum(a, b), c), first[:-1])
     level = leaves // 2
     while level:
         parents, children = slice(level - 1, 2 * level - 1), slice(2 * level - 1, 4 * level - 1)
-        lower[parents] = lower[children].reshape(level, 2, 3).min(axis=1)
-        upper[parents] = upper[children].reshape(level, 2, 3).max(axis=1)
+        lower[parents] = np.minimum(lower[children][::2], lower[children][1::2])
+        upper[parents] = np.maximum(upper[children][::2], upper[children][1::2])
         level //= 2
     return lower, upper, first
 
