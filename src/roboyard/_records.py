@@ -38,6 +38,8 @@ def _made(cls: type, options: dict[str, bool]) -> type:
         return dataclasses.dataclass(**options)(cls)
     is_frozen, has_eq = options.get("frozen", False), options.get("eq", True)
     plain = {name: value for name, value in options.items() if name in ("kw_only", "slots")}
+    if cls.__doc__ is None:
+        cls.__doc__ = f"{cls.__name__}()"  # as the library does, which inspects the class for it
     made: Any = dataclasses.dataclass(init=False, repr=False, eq=False, **plain)(cls)
     parameters = made.__dataclass_params__
     parameters.init = parameters.repr = True

@@ -172,7 +172,8 @@ def calculateInverseDynamics(
         data.qacc[:] = columns @ given[2]
     else:
         columns = None
-        data.qvel[layout.dofs], data.qacc[layout.dofs] = given[1], given[2]
+        _, qvel, qacc = scene.scratch_arrays
+        qvel[layout.dofs], qacc[layout.dofs] = given[1], given[2]
     mujoco.mj_comVel(model, data)
     mujoco.mj_rne(model, data, 1, result)
     efforts = result[layout.dofs] if columns is None else columns.T @ result
@@ -232,17 +233,19 @@ def _at(scene: PhysicsScene, record: BodyRecord, q: Array, base: Array | None = 
 
     scene.apply_parameters()
     data = scene.scratch_data()
-    data.qpos[:] = scene.world.live_data.qpos
-    data.qvel[:] = 0.0
-    data.qacc[:] = 0.0
+    qpos, qvel, qacc = scene.scratch_arrays
+    qpos[:] = record.qpos
+    qvel.fill(0.0)
+    qacc.fill(0.0)
     layout = record.layout
-    data.qpos[layout.places] = q[layout.order]
+    qpos[layout.places] = q[layout.order]
     if base is not None:
         free = record.body.free_qpos
         position, orientation = record.from_inertial(base[:3], base[3:] / (np.linalg.norm(base[3:]) or 1.0))
-        data.qpos[free : free + 3], data.qpos[free + 3 : free + 7] = position, np.roll(orientation, 1)
-    mujoco.mj_kinematics(scene.world.live_model, data)
-    mujoco.mj_comPos(scene.world.live_model, data)
+        qpos[free : free + 3], qpos[free + 3 : free + 7] = position, np.roll(orientation, 1)
+    model = scene.world.live_model
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
     return data
 
 

@@ -203,9 +203,10 @@ def resetBaseVelocity(
         scene.frames_are_old = True
     if record.free_velocity is None:
         return
-    old_linear, old_angular = _center_velocity(record)
-    linear = old_linear if linear is None else linear
-    angular = old_angular if angular is None else angular
+    if linear is None or angular is None:
+        old_linear, old_angular = _center_velocity(record)
+        linear = old_linear if linear is None else linear
+        angular = old_angular if angular is None else angular
     total = sum(linear) + sum(angular)
     if total - total != 0.0:  # inf and nan alike
         raise RoboyardError(f"body {record.name!r}: a velocity must be finite, got {linear} and {angular}")

@@ -72,6 +72,8 @@ class PhysicsScene:
         self.world.surfaces.margins_of = self.geom_margins
         self.world.surfaces.reaches_of = self.contact_reaches
         self._scratch: Any = None
+        self.scratch_arrays: tuple[Any, ...] = ()
+        """Positions, velocities and accelerations of `scratch_data`."""
         self._scratch_revision = -1
         self.frames_are_old = True
         """Whether positions were written since the link frames were computed (steps keep old frames)."""
@@ -227,7 +229,9 @@ class PhysicsScene:
 
         model = self.world.live_model
         if self._scratch is None or self._scratch_revision != self.world.revision:
-            self._scratch, self._scratch_revision = mujoco.MjData(model), self.world.revision
+            data = mujoco.MjData(model)
+            self._scratch, self._scratch_revision = data, self.world.revision
+            self.scratch_arrays = data.qpos, data.qvel, data.qacc
         return self._scratch
 
     def geom_margins(self) -> Any:
