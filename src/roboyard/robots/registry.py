@@ -36,7 +36,9 @@ class RegisteredRobot:
     """Folder that the definition's paths are relative to."""
     bundled: bool = False
     """Whether the robot is part of Roboyard."""
-    _read: dict[tuple[Path, bytes], RobotDescription] = field(default_factory=dict, repr=False, compare=False)
+    _read: dict[tuple[Path, bytes], RobotDescription] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
     """The description of the URDF as it was when it was last read."""
 
     @property
@@ -110,11 +112,13 @@ class RegisteredRobot:
         from roboyard.description.urdf.xml import MAX_BYTES
 
         file = self.urdf_of(definition)
-        text = read_file(file, MAX_BYTES)
-        if (file, text) not in self._read:
+        key = (file, read_file(file, MAX_BYTES))
+        found = self._read.get(key)
+        if found is None:
+            found = load_description(file)
             self._read.clear()
-            self._read[file, text] = load_description(file)
-        return self._read[file, text]
+            self._read[key] = found
+        return found
 
     @property
     def sensors(self) -> Path | None:
