@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from roboyard.description import load_description
-from roboyard.robots import parse_definition
+from roboyard.robots import add_robot, parse_definition
+from roboyard.sim import World
 from roboyard.validation import validate
-from roboyard.validation.gates.tracking import Step, summarize
+from roboyard.validation.gates.tracking import Step, blocked_by, summarize
 from roboyard.validation.report import Gate
 
 ARM = """<robot name="lever"><link name="base"><inertial><mass value="5"/>
@@ -48,6 +49,17 @@ def test_a_joint_weaker_than_gravity_is_named_with_both_efforts(effort: float, h
     if not holds:
         assert "'lift'" in error.findings[0]
         assert "effort limit of 5" in error.findings[0]
+
+
+@pytest.mark.parametrize(("height", "found"), [(0.009, True), (0.02, False)])
+def test_a_joint_whose_link_lies_on_the_floor_names_both(height: float, found: bool) -> None:
+    world = World()
+    world.add_plane()
+    low = load_description(ARM.format(effort=40, damping=0).replace('xyz="0 0 1"', 'xyz="0 0 -0.1"'))
+    robot = add_robot(world, low, (0, 0, 0.1 + height), fixed_base=True, on_floor=False)
+    cause = blocked_by(robot, "lift")  # the beam reaches 1 cm below its joint
+    assert ("its link 'beam' touches 'plane'" in cause) is found
+    assert bool(cause) is found
 
 
 def test_the_worst_joint_is_named_first() -> None:

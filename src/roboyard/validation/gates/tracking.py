@@ -136,13 +136,32 @@ def _step(robot: Robot, group: str, number: int, target: float) -> Step | None:
     if arrived is None and robot.definition.holonomic_base is not None:
         return None
     mean = float(np.mean(last[-round(MEASURED * robot.control_freq) :]))
-    cause = text_of(load, limit)
+    cause = text_of(load, limit) or blocked_by(robot, robot.joint_names[index])
     return Step(
         joint=robot.joint_names[index],
         overshoot=beyond,
         error=abs(mean - target) / abs(size),
         cause=cause,
     )
+
+
+def blocked_by(robot: Robot, joint: str) -> str:
+    """Return which link that a joint moves touches another body, as text; empty where none does."""
+    for pair in sorted(all_contacts(robot)):
+        other = next((name for name in pair if name.endswith("/")), None)
+        own = next((name for name in pair if name != other), None)
+        if other is not None and own is not None and _moves(robot, joint, own):
+            return f"its link {own!r} touches {other.rstrip('/')!r}; mount the robot higher"
+    return ""
+
+
+def _moves(robot: Robot, joint: str, link: str) -> bool:
+    """Return whether a joint is between a link and the root."""
+    while (above := robot.description.parent_joint.get(link)) is not None:
+        if above.name == joint:
+            return True
+        link = above.parent
+    return False
 
 
 def summarize(steps: list[Step], skipped: str) -> tuple[Gate, ...]:
