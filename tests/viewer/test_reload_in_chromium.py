@@ -60,7 +60,7 @@ def test_two_tabs_and_a_reloaded_one_agree(pendulum: Path, tmp_path: Path) -> No
         return False
 
     def move(page: chromium.Page, key: str, goal: float) -> None:
-        """Move the hinge to a limit by a key on its slider, pressed until the page obeys."""
+        """Move the hinge to a limit by a key on its slider, pressed until it moves."""
 
         def is_there() -> bool:
             if abs(inspector.body.joint("hinge").position - goal) < 0.01:
