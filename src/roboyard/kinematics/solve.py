@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roboyard._lazy import lazy_module
+from roboyard._records import dataclass
 from roboyard.kinematics._inputs import (
     INVALID,
     joint_vector,

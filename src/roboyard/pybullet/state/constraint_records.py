@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from roboyard._records import dataclass
 
 if TYPE_CHECKING:
     from roboyard.pybullet.face.arguments import Quaternion, Vector3

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard._records import dataclass
 from roboyard.errors import RoboyardError, StaleHandleError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine

@@ -10,13 +10,13 @@ that their Jacobian is sparse.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from roboyard._lazy import lazy_module
+from roboyard._records import dataclass
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
