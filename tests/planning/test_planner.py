@@ -266,7 +266,7 @@ def test_fitting_is_announced_once_and_cached(
     assert warm.spheres == cold.spheres
 
 
-def test_poses_that_cannot_be_reached_together_are_told(planner: Planner) -> None:
+def test_poses_that_cannot_be_reached_together_are_named(planner: Planner) -> None:
     chain = planner.robot.chain
     links = ("link3", "link5")
     near, far = (forward_kinematics(chain, np.array(q), links) for q in (START, GOAL))
