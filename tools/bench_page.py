@@ -90,6 +90,13 @@ BENCHMARKS = (
         arguments=("scenes",),
         quick=("scenes", "--count", "5"),
     ),
+    Benchmark(
+        name="pages",
+        title="Pages in the browser",
+        reading="R1 moves in a headless Chromium without a GPU, where Roboyard starts in low quality.",
+        arguments=("r1", "--rounds", "2"),
+        quick=("r1", "--rounds", "1"),
+    ),
     Benchmark(name="pool", title="Adding bodies one by one", reading="With the body pool and without."),
     Benchmark(name="import", title="An import", reading="The bundled R1 from its vendor file."),
 )
