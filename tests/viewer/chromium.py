@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import base64
 import io
 import json
@@ -59,6 +60,7 @@ class Page:
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
+        atexit.register(self._process.terminate)  # also where a test fails before it can close the page
         port = self._debugging_port(profile / "DevToolsActivePort")
         with urllib.request.urlopen(f"http://127.0.0.1:{port}/json", timeout=10) as answer:
             tabs = json.load(answer)
@@ -160,3 +162,4 @@ class Page:
         self._socket.close()
         self._process.terminate()
         self._process.wait(timeout=20)
+        atexit.unregister(self._process.terminate)

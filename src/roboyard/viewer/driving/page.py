@@ -10,11 +10,10 @@ from typing import Any
 from roboyard.viewer.driving.aim import look_from_behind
 from roboyard.viewer.driving.panel import DrivingPanel
 from roboyard.viewer.driving.session import DrivingSession
+from roboyard.viewer.page.loop import serve
 from roboyard.viewer.page.server import DEFAULT_PORT
 from roboyard.viewer.scene.scans import lidars_of
 
-TICK = 1.0 / 60.0
-"""Period at which requests of the page are executed (s)."""
 LONGEST_CATCH_UP = 0.1
 """Longest simulated time of one tick (s); a slower simulation falls behind real time."""
 UPDATE_PERIOD = 0.1
@@ -46,15 +45,8 @@ class DrivingPage(DrivingSession):
 
     def run(self, max_actions: int | None = None) -> None:
         """Serve the page until `stop` is called, the process is interrupted or `max_actions` are applied."""
-        last = perf_counter()
         self._max_actions = max_actions
-        while not self._stopped and not self._is_done():
-            now = perf_counter()
-            self.tick(now - last)
-            last = now
-            rest = TICK - (perf_counter() - now)
-            if rest > 0:
-                self.requests.wait(rest)
+        serve(self.tick, self.requests, lambda: self._stopped or self._is_done())
 
     def _is_done(self) -> bool:
         return self._max_actions is not None and self.actions >= self._max_actions

@@ -18,13 +18,12 @@ from roboyard.viewer.inspector.panels.all_panels import Panels
 from roboyard.viewer.inspector.panels.link_tree import Kept
 from roboyard.viewer.inspector.read_robot import ReadRobot, read_robot
 from roboyard.viewer.inspector.robot_source import RobotSource
+from roboyard.viewer.page.loop import serve
 from roboyard.viewer.page.markdown import plain
 from roboyard.viewer.page.requests import RequestQueue
 from roboyard.viewer.page.server import DEFAULT_PORT
 from roboyard.viewer.viewer import Viewer
 
-TICK = 1.0 / 60.0
-"""Period at which requests of the page are executed (s)."""
 LONGEST_CATCH_UP = 0.1
 """Longest simulated time of one tick (s); a slower simulation falls behind real time."""
 CLEARANCE = 0.001
@@ -253,14 +252,7 @@ class Inspector:
 
     def run(self) -> None:
         """Serve the page until `stop` is called or the process is interrupted."""
-        last = perf_counter()
-        while not self._stopped:
-            now = perf_counter()
-            self.tick(now - last)
-            last = now
-            rest = TICK - (perf_counter() - now)
-            if rest > 0 and self._requests.wait(rest):
-                self._after_motion()
+        serve(self.tick, self._requests, lambda: self._stopped, after_request=self._after_motion)
 
     def _execute(self, request: Callable[[], None]) -> bool:
         done = self._requests.execute(request)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from roboyard.planning import Plan, PoseGoal
 from roboyard.planning.checking import CollisionChecker
 from roboyard.transforms import from_wxyz, to_wxyz
 from roboyard.viewer.bar.bar import Controls
+from roboyard.viewer.page.loop import serve
 from roboyard.viewer.page.markdown import plain
 from roboyard.viewer.page.requests import RequestQueue
 from roboyard.viewer.page.server import DEFAULT_PORT
@@ -24,8 +24,6 @@ from roboyard.viewer.viewer import Viewer
 if TYPE_CHECKING:
     from roboyard.planning import RobotPlanner, Trajectory
 
-TICK = 1.0 / 60.0
-"""Period at which the page's requests are executed (s)."""
 SEARCH = 0.5
 """Longest search while the goal is dragged (s)."""
 SCALE = 0.22
@@ -143,14 +141,7 @@ class PlanningPage:
 
     def run(self) -> None:
         """Serve the page until `stop` is called or the process is interrupted."""
-        last = perf_counter()
-        while not self._stopped:
-            now = perf_counter()
-            self.tick(now - last)
-            last = now
-            rest = TICK - (perf_counter() - now)
-            if rest > 0:
-                self.requests.wait(rest)
+        serve(self.tick, self.requests, lambda: self._stopped)
 
     def tick(self, elapsed: float) -> None:
         """Execute the page's requests, move on by `elapsed` (s), and plan where the goal was moved."""
