@@ -74,6 +74,7 @@ def test_the_ball_of_a_task_of_ones_own_goes_over_the_line(example: ModuleType, 
         assert film.n_frames > 20
 
 
+@pytest.mark.slow
 @of("pick_and_place")
 def test_the_can_is_placed_on_its_spot(example: ModuleType) -> None:
     assert example.main() < 0.01

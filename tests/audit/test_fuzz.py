@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
+import pytest
 from audit_cases import CASES, CUBE, arm, stl, two_joints
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -147,12 +148,14 @@ def survives(data: bytes) -> None:
         assert sorted(path.name for path in home.iterdir()) == ["arm.urdf", "part.stl"]
 
 
+@pytest.mark.slow
 @FUZZ
 @given(elements(tag="robot").map(ET.tostring))
 def test_any_tree_gets_an_audit(data: bytes) -> None:
     survives(data)
 
 
+@pytest.mark.slow
 @FUZZ
 @given(mutated())
 def test_any_change_to_a_robot_gets_an_audit(data: bytes) -> None:

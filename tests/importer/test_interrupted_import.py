@@ -156,6 +156,7 @@ def moments(count: int, seed: int, last: int = 3) -> list[int]:
     return early + rng.sample(range(count - 14, count + 1), last)
 
 
+@pytest.mark.slow
 def test_ten_kills_leave_a_whole_package(importer, count):
     wholes = {}
     for mass in (2.0, 1.0):
@@ -175,6 +176,7 @@ def test_ten_kills_leave_a_whole_package(importer, count):
     assert leftovers(importer) == []
 
 
+@pytest.mark.slow
 def test_ten_interrupts_leave_the_old_package_or_the_new_one(importer, count):
     wholes = {}
     for mass in (2.0, 1.0):
