@@ -68,7 +68,7 @@ def test_two_tabs_and_a_reloaded_one_agree(pendulum: Path, tmp_path: Path) -> No
             if abs(seen[-1][1] - goal) < 0.01:
                 return True
             page.evaluate(f"{SLIDER}[0].focus()")
-            for one in ({"End": "Home", "Home": "End"}[key], key):  # a change, wherever the slider is
+            for one in ({"End": "Home", "Home": "End"}[key], key):  # the first makes the second a change
                 page.press(one)
             return False
 
