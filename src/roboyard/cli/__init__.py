@@ -77,9 +77,7 @@ def _line_of(error: OSError) -> str:
     """Return the system's words about a file, with the file's name and what helps where a disk is full."""
     text, place = error.strerror or str(error), error.filename
     files = error.args[0] if isinstance(error, shutil.Error) and error.args else None
-    if (
-        isinstance(files, list) and files
-    ):  # each source, target and what was wrong: of a folder that is copied
+    if isinstance(files, list) and files:  # of a folder that is copied: each source, target, problem
         _, place, text = files[0]
     for number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         if os.strerror(number) in text:

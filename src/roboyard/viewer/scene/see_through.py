@@ -1,4 +1,4 @@
-"""Let each page see through what stands between its camera and a robot, such as walls and furniture."""
+"""Fade what occludes a robot in the view of each page, such as walls and furniture."""
 
 from __future__ import annotations
 
