@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Iterator
 from typing import Any
 
 import gymnasium
@@ -54,6 +55,21 @@ def test_the_number_of_threads_changes_nothing(task: str) -> None:
     assert np.array_equal(first, play(3))
 
 
+def stepped_alone(env: Any, model: mujoco.MjModel, count: int) -> Iterator[mujoco.MjData]:
+    """Step two environments at random; yield what MuJoCo alone makes of the second one's state."""
+    physics, data = env.runner.physics, mujoco.MjData(model)
+    kind = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+    random = np.random.default_rng(1)
+    for _ in range(count):
+        state = physics.batch.state[1].copy()
+        env.step(random.uniform(-1, 1, env.action_space.shape))
+        mujoco.mj_setState(model, data, state, kind)
+        data.ctrl[:] = physics.field("ctrl")[1]
+        for _ in range(env.runner.task.substeps):
+            mujoco.mj_step(model, data)
+        yield data
+
+
 @pytest.mark.parametrize("cone", ["elliptic", "pyramidal"])
 def test_the_physics_is_that_of_mujocos_own_step(make_arm_task: Any, cone: str) -> None:
     env = envs.BatchEnv(make_arm_task(cone=cone), 2, threads=1)
@@ -61,16 +77,7 @@ def test_the_physics_is_that_of_mujocos_own_step(make_arm_task: Any, cone: str) 
     physics = env.runner.physics
     model = physics.batch.model
     assert model.opt.cone == {"elliptic": 1, "pyramidal": 0}[cone]
-    data = mujoco.MjData(model)
-    kind = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-    random = np.random.default_rng(1)
-    for _ in range(5):
-        state = physics.batch.state[1].copy()
-        env.step(random.uniform(-1, 1, (2, 7)))
-        mujoco.mj_setState(model, data, state, kind)
-        data.ctrl[:] = physics.field("ctrl")[1]
-        for _ in range(env.runner.task.substeps):
-            mujoco.mj_step(model, data)
+    for data in stepped_alone(env, model, 5):
         assert np.array_equal(data.qpos, physics.field("qpos")[1])
         assert np.array_equal(data.qvel, physics.field("qvel")[1])
 
@@ -84,16 +91,7 @@ def test_the_numbers_are_those_with_mujocos_islands() -> None:
     flag = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
     assert model.opt.disableflags & flag
     model.opt.disableflags &= ~flag
-    data = mujoco.MjData(model)
-    kind = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-    random = np.random.default_rng(1)
-    for _ in range(10):
-        state = physics.batch.state[1].copy()
-        env.step(random.uniform(-1, 1, (2, 12)))
-        mujoco.mj_setState(model, data, state, kind)
-        data.ctrl[:] = physics.field("ctrl")[1]
-        for _ in range(env.runner.task.substeps):
-            mujoco.mj_step(model, data)
+    for data in stepped_alone(env, model, 10):
         assert data.nisland == 1
         assert np.array_equal(data.qvel, physics.field("qvel")[1])
 
