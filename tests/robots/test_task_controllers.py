@@ -265,3 +265,31 @@ def test_keys_that_omnigibson_stores_without_use_are_accepted_and_checked() -> N
     assert space.model_validate(keys) == space.model_validate({})
     with pytest.raises(ValueError, match="lower and an upper bound"):
         space.model_validate({"kp_limits": [300, 10]})
+
+
+def test_a_posture_is_followed_in_that_posture_not_only_at_its_tip(arm) -> None:
+    """The tip stays along a path through the null space of an arm with seven joints."""
+    chain, _, rest = arm
+    path, tip = [rest], forward_kinematics(chain, rest)
+    for _ in range(300):  # along the null space, away from the rest posture
+        null = np.linalg.svd(jacobian(chain, path[-1]))[2][-1]
+        null *= np.sign(null[0]) * 2e-3
+        correction = tip[:3, 3] - forward_kinematics(chain, path[-1] + null)[:3, 3]
+        path.append(path[-1] + null + np.linalg.pinv(jacobian(chain, path[-1])[:3]) @ correction)
+    assert np.abs(path[-1] - rest).max() > 0.3
+    controller = make_task(arm, IK, **RAW)
+    q = rest
+    for posture in path:
+        controller.follow_posture(posture, state(q))
+        q = controller.step(state(q)).value
+        assert q == pytest.approx(posture, abs=1e-9)
+    for _ in range(50):
+        q = controller.step(state(q)).value
+    assert q == pytest.approx(path[-1], abs=1e-4)
+    osc = make_task(arm, OSC, kp=100.0, kp_null=100.0, **RAW)
+    osc.follow_posture(path[-1], state(path[-1], mass_matrix=inertia(3)))
+    effort = osc.step(state(path[-1], mass_matrix=inertia(3))).value
+    assert effort == pytest.approx(np.zeros(7), abs=1e-6)  # at rest there, far from its rest posture
+    osc.reset()
+    effort = osc.step(state(path[-1], mass_matrix=inertia(3))).value
+    assert np.abs(effort).max() > 1.0

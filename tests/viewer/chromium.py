@@ -31,6 +31,11 @@ TRACK = "[...document.querySelectorAll('[class*=Slider-track]')].find(e => e.get
 """JavaScript for the first slider that is not in a closed folder."""
 
 
+def slider(name: str) -> str:
+    """Return JavaScript for the slider whose name begins so; the order of sliders on a page is not fixed."""
+    return f"document.querySelector('[role=slider][aria-label^={json.dumps(name)}]')"
+
+
 def until(so: Callable[[], Any], seconds: float = 60.0, tick: Callable[[], None] | None = None) -> Any:
     """Return what a function returns once it is true; run `tick` meanwhile. Fails if that takes too long."""
     end = time.monotonic() + seconds

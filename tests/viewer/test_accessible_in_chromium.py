@@ -15,7 +15,7 @@ from roboyard.viewer.inspector.robot_source import RobotSource
 
 sys.path.insert(0, str(Path(__file__).parent))
 import chromium
-from chromium import until
+from chromium import slider, until
 
 pytestmark = [
     pytest.mark.slow,
@@ -66,18 +66,17 @@ def test_sliders_have_names_and_obey_keys(opened: tuple[Inspector, chromium.Page
     def tick() -> None:
         inspector.tick(0.02)
 
-    slider = "document.querySelector('[role=slider]')"
+    hinge = slider("hinge")
 
     def click_until_shown() -> bool:
         place = page.place_of(page.with_text("Move"))
         if place is not None:
             page.click(*place)
-        return bool(page.evaluate(f"{slider}?.getClientRects().length"))
+        return bool(page.evaluate(f"{hinge}?.getClientRects().length"))
 
     until(click_until_shown, tick=tick)
-    until(lambda: page.evaluate(f"{slider}?.getAttribute('aria-label')") == "hinge", tick=tick)
     until(lambda: page.evaluate(UNNAMED) == 0, tick=tick)
-    page.evaluate(f"{slider}.focus()")
+    page.evaluate(f"{hinge}.focus()")
     page._call("Input.dispatchKeyEvent", type="keyDown", key="ArrowRight", code="ArrowRight")
     until(lambda: inspector.body.joint("hinge").position > 0.001, tick=tick)
 

@@ -13,14 +13,14 @@ from roboyard.viewer.inspector import Inspector, RobotSource
 
 sys.path.insert(0, str(Path(__file__).parent))
 import chromium
-from chromium import until
+from chromium import slider, until
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(chromium.PROGRAM is None, reason="needs Chromium"),
 ]
-VALUE = "Number([...document.querySelectorAll('[role=slider]')][0]?.getAttribute('aria-valuenow') ?? 9)"
-SLIDER = "[...document.querySelectorAll('[role=slider]')]"
+SLIDER = slider("hinge")
+VALUE = f"Number({SLIDER}?.getAttribute('aria-valuenow') ?? 9)"
 RELOADED = "window.__before === undefined && document.readyState === 'complete'"
 
 
@@ -52,7 +52,7 @@ def test_two_tabs_and_a_reloaded_one_agree(pendulum: Path, tmp_path: Path) -> No
 
     def open_move_tab(page: chromium.Page) -> bool:
         """Click on the tab with the sliders until they are shown."""
-        if page.evaluate(f"{SLIDER}.some(e => e.getClientRects().length)"):
+        if page.evaluate(f"{SLIDER}?.getClientRects().length"):
             return True
         place = page.place_of(page.with_text("Move"))
         if place is not None:
@@ -67,7 +67,7 @@ def test_two_tabs_and_a_reloaded_one_agree(pendulum: Path, tmp_path: Path) -> No
             seen.append((page.evaluate(VALUE), inspector.body.joint("hinge").position))
             if abs(seen[-1][1] - goal) < 0.01:
                 return True
-            page.evaluate(f"{SLIDER}[0].focus()")
+            page.evaluate(f"{SLIDER}.focus()")
             for one in ({"End": "Home", "Home": "End"}[key], key):  # the first makes the second a change
                 page.press(one)
             return False

@@ -21,14 +21,14 @@ from roboyard.viewer import Viewer
 
 sys.path.insert(0, str(Path(__file__).parent))
 import chromium
-from chromium import until
+from chromium import slider, until
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(chromium.PROGRAM is None, reason="needs Chromium"),
 ]
 
-SLIDER = "document.querySelector('[role=slider][aria-label^=Time]')"
+SLIDER = slider("Time")
 
 
 class FallingArm:
@@ -137,7 +137,7 @@ def test_the_past_is_shown_replayed_and_left(shown: tuple[FallingArm, chromium.P
     until(lambda: page.evaluate("document.body.textContent").count("of simulated time"))
 
     # a press of the mouse in the middle: a later state
-    track = "document.querySelector('[role=slider][aria-label^=Time]').closest('[class*=Slider-root]')"
+    track = f"{SLIDER}.closest('[class*=Slider-root]')"
     press(page, track)
     until(lambda: viewer.playback.moment is not moment)
     later = viewer.playback.moment

@@ -131,6 +131,12 @@ class InverseKinematicsController(TaskController):
             self._detour, self._count, self._last_error, self._is_unreachable = None, 0, np.inf, False
         return goal
 
+    def follow_posture(self, posture: Array, state: GroupState) -> None:
+        """See `TaskController.follow_posture`; the reference moves to the posture itself."""
+        super().follow_posture(posture, state)
+        self._detour = np.clip(posture, self.limits.lower, self.limits.upper)
+        self._count, self._last_error, self._is_unreachable = 0, np.inf, False
+
     def _control(self, state: GroupState) -> Control:
         if self._reference is None:
             self._reference = np.clip(state.q, self.limits.lower, self.limits.upper)
@@ -170,7 +176,7 @@ class InverseKinematicsController(TaskController):
             gain=min(1.0, APPROACH_RATE * dt),
             damping=self.settings.damping,
             max_step=reach,
-            rest=self.rest,
+            rest=self.preferred,
             rest_gain=REST_RATE * dt,
             orientation_weights=self._weight,
         )
@@ -195,7 +201,7 @@ class InverseKinematicsController(TaskController):
         if not stalled or self._is_unreachable:
             return
         answer = solve_ik(
-            self.chain, target, self._reference, rest=self.rest, orientation_weights=0.5 * self._weight
+            self.chain, target, self._reference, rest=self.preferred, orientation_weights=0.5 * self._weight
         )
         if answer.converged:
             self._detour = answer.q

@@ -125,7 +125,7 @@ class OperationalSpaceController(TaskController):
             )
         else:
             force = task_mass @ acceleration
-        away = self.rest - state.q
+        away = self.preferred - state.q
         away = np.where(self._turns > 0, (away + np.pi) % (2 * np.pi) - np.pi, away)
         posture = mass @ (self._kp_null * away - self._kd_null * state.v)
         effort = J.T @ force + posture - J.T @ (task_mass @ (inverse_mass_Jt.T @ posture))

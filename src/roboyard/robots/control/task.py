@@ -102,6 +102,7 @@ class TaskController(Controller):
             raise ConfigError(f"reset_joint_pos: must have {chain.size} values, got {len(self.rest)}")
         self._fixed: Array | None = None
         self._goal_mount: Array = EYE4
+        self._posture: Array | None = None
 
     @property
     def command_dim(self) -> int:
@@ -116,7 +117,26 @@ class TaskController(Controller):
     def reset(self) -> None:
         """Discard the goal."""
         super().reset()
-        self._fixed = None
+        self._fixed = self._posture = None
+
+    @property
+    def preferred(self) -> Array:
+        """(n,) posture that the null space moves to (rad or m): `rest`, or the last of `follow_posture`."""
+        return self.rest if self._posture is None else self._posture
+
+    def follow_posture(self, posture: Array, state: GroupState) -> None:
+        """Take the pose of the tip in a posture as goal, and reach it in that posture, until `reset`.
+
+        A planned motion is followed so, a posture for each control step; a command by `update_goal` sets
+        another goal pose, but joints still prefer the posture.
+
+        Args:
+            posture: (n,) positions (rad or m), in the chain's order.
+            state: of the joints.
+        """
+        self._posture = np.array(posture, dtype=float)
+        self.goal = state.mount @ forward_kinematics(self.chain, self._posture)
+        self._goal_mount = state.mount
 
     def target(self, state: GroupState) -> Array:
         """Return the (4, 4) goal pose in the parent frame of the chain."""

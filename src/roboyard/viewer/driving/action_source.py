@@ -57,9 +57,12 @@ class ActionSource:
         self.robot = robot
         self.key_bindings = KeyBindings(robot)
         self.speed = DEFAULT_SPEED
-        """Fraction of the base's maximum speed at a held key or a full joystick deflection."""
+        """Fraction of the maximum speed of the base at a held key or a full deflection of a joystick, and of
+        joints in planned motions."""
         self.targets: dict[str, Array] = {}
         """Joint group to the (4, 4) target pose of its end effector in the robot's base frame (m)."""
+        self.steered: str | None = None
+        """Joint group that keys moved with the last action."""
         self._base: tuple[str, int] | None = _base_of(robot)
 
     @property
@@ -109,8 +112,10 @@ class ActionSource:
                 continue
             self.key_bindings.press(name)
         action = self.key_bindings.action()
+        self.steered = None
         if selected is not None and action[parts[selected[0]]].any():
-            self.targets.pop(selected[0], None)
+            self.steered = selected[0]
+            self.targets.pop(self.steered, None)
         for group, target in tuple(self.targets.items()):
             action[parts[group]] = self._task_command(group, target)
         self._move_base(action, names, joysticks or {})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,11 +20,15 @@ SCALE = 0.22
 class IkHandles:
     """One handle for each arm with a task-space controller, attached to the robot's base.
 
-    A handle follows its end effector until it is dragged; from then on the end effector follows the handle.
+    A handle follows its end effector until it is dragged; from then on the end effector follows the handle,
+    or `on_release` is called when the handle is let go.
     """
 
     def __init__(self, viewer: Viewer, action_source: ActionSource) -> None:
         """Add the handles; call it from the simulation thread."""
+        self.on_release: Callable[[str, Array], None] | None = None
+        """Is given joint group and (4, 4) pose in the base frame; called in the server's thread. Drags set no
+        targets while there is one."""
         self._action_source = action_source
         base = viewer.path_of(action_source.robot.base_link)
         self.handles: dict[str, Any] = {}
@@ -46,11 +51,15 @@ class IkHandles:
     def _listener(self, group: str, handle: Any) -> Any:
         async def on_update(event: Any) -> None:
             # in the server's event loop, so that the phases come in order; no more than two assignments
+            if event.phase != "end":
+                self._dragged.add(group)
+            if self.on_release is None:
+                self._action_source.targets[group] = _pose(handle)
+            elif event.phase == "end":
+                self.on_release(group, _pose(handle))  # the handle stays until `let_go`
+                return
             if event.phase == "end":
                 self._dragged.discard(group)
-            else:
-                self._dragged.add(group)
-            self._action_source.targets[group] = _pose(handle)
 
         return on_update
 
@@ -60,6 +69,10 @@ class IkHandles:
             handle.visible = visible
         if not visible:
             self.release()
+
+    def let_go(self, group: str) -> None:
+        """Let a handle that was released follow its end effector again."""
+        self._dragged.discard(group)
 
     def release(self) -> None:
         """Drop all targets and move the handles back to their end effectors."""

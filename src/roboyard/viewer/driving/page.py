@@ -84,13 +84,16 @@ class DrivingPage(DrivingSession):
         if self.viewer.watchers:
             self.requests.execute(self.insets.update)
         self._pace = [*self._pace[-10:], (now, self.world.time)]
-        if now > self._error_until:
+        if now > self._message_until:
             self.show_status()
 
     def _act(self, tapped: tuple[str, ...]) -> None:
         """Apply one action and simulate one control period."""
         held = dict.fromkeys((*self.keys.held, *tapped))
         self.robot.apply_action(self.action_source.action(held, self.joysticks.values))
+        if self.action_source.steered is not None:
+            self.planned_moves.stop(self.action_source.steered)
+        self.planned_moves.act(self.robot.steps_per_control * self.world.timestep)
         self.world.step(self.robot.steps_per_control)
         self.actions += 1
         if self.recorder is not None:

@@ -36,6 +36,9 @@ class DrivingPanel:
         self.handles_box = gui.add_checkbox(
             "end effector handles", True, hint="drag a handle; the arm moves its end effector there"
         )
+        self.plan_box = gui.add_checkbox(
+            "plan around obstacles", False, hint="an arm moves when its handle is let go, on a planned way"
+        )
         self.scans_box = gui.add_checkbox("lidar scans", False, hint="points hit by the robot's lidars")
         self.speed_slider = gui.add_slider(
             "speed",
@@ -43,7 +46,7 @@ class DrivingPanel:
             max=1.0,
             step=0.05,
             initial_value=DEFAULT_SPEED,
-            hint="fraction of the base's maximum speed",
+            hint="fraction of the maximum speed of the base and of planned motions",
         )
         tabs = gui.add_tab_group()
         with tabs.add_tab("Grippers"):
@@ -64,6 +67,7 @@ class DrivingPanel:
         self.handles_box.on_update(
             lambda event: do(lambda on=event.target.value: session.ik_handles.show(on))
         )
+        self.plan_box.on_update(lambda event: do(lambda on=event.target.value: session.set_planning(on)))
         self.speed_slider.on_update(lambda event: session.set_speed(float(event.target.value)))
 
     def _add_set_up(self, gui: Any) -> None:
@@ -111,6 +115,11 @@ class DrivingPanel:
         """Whether walls and furniture that hide the robot fade in pages."""
         return bool(self.through_box.value)
 
+    @property
+    def plans_moves(self) -> bool:
+        """Whether arms move to their handles on planned ways."""
+        return bool(self.plan_box.value)
+
     def show_robot(self) -> None:
         """Show the buttons and choices of the session's robot."""
         for handle in self._of_robot:
@@ -136,9 +145,9 @@ class DrivingPanel:
             for group, allowed in robot.definition.allowed_controllers().items():
                 if group in robot.controllers:
                     self._of_robot.append(self._controller_choice(group, allowed))
-        self.handles_box.visible = bool(session.ik_handles.handles)
+        self.handles_box.visible = self.plan_box.visible = bool(session.ik_handles.handles)
         self.scans_box.visible = bool(lidars_of(robot))
-        self.speed_slider.visible = bool(session.action_source.joysticks)
+        self.speed_slider.visible = bool(session.action_source.joysticks or session.ik_handles.handles)
         session.ik_handles.show(self.handles_box.value)
         self.scene_choice.value = str(session.scene_setup.setup["scene"])
         self.robot_choice.value = str(session.scene_setup.setup["robot"])

@@ -18,9 +18,11 @@ from roboyard.viewer.driving.action_source import KEY_NAMES, ActionSource
 from roboyard.viewer.driving.aim import look_from_behind, seen_heights
 from roboyard.viewer.driving.ik_handles import IkHandles
 from roboyard.viewer.driving.insets import Insets
+from roboyard.viewer.driving.planned_moves import PlannedMoves
 from roboyard.viewer.driving.video import HEIGHT, WIDTH, VideoRecording, free_file, is_same_scene, moment_of
 from roboyard.viewer.page.joysticks import Joysticks
 from roboyard.viewer.page.keys import KeyEvent, Keys
+from roboyard.viewer.page.markdown import plain
 from roboyard.viewer.page.requests import RequestQueue
 from roboyard.viewer.page.server import DEFAULT_PORT
 from roboyard.viewer.scene.follow import Follow
@@ -31,9 +33,10 @@ from roboyard.viewer.viewer import Viewer
 if TYPE_CHECKING:
     from roboyard.robots import Robot
     from roboyard.sim import World
+    from roboyard.transforms import Array
 
-ERROR_PERIOD = 5.0
-"""Least time for which an error stays on the page (s)."""
+MESSAGE_PERIOD = 5.0
+"""Least time for which an error or a message stays on the page (s)."""
 
 
 class SessionPanel(Protocol):
@@ -47,6 +50,11 @@ class SessionPanel(Protocol):
     @property
     def sees_through(self) -> bool:
         """Whether walls and furniture that hide the robot fade in pages."""
+        ...
+
+    @property
+    def plans_moves(self) -> bool:
+        """Whether arms move to their handles on planned ways."""
         ...
 
     def show_robot(self) -> None:
@@ -119,7 +127,7 @@ class DrivingSession:
         self._behind = 0.0
         self._single_steps = 0
         """Control periods that `tick` simulates while paused."""
-        self._error_until = 0.0
+        self._message_until = 0.0
         self._pace = [(perf_counter(), self.world.time)]
         self.time_speed: float | None = 1.0
         """Simulated seconds per second; None: as fast as possible."""
@@ -150,6 +158,7 @@ class DrivingSession:
         if self._speed is not None:
             self.action_source.speed = self._speed
         self.ik_handles = IkHandles(self.viewer, self.action_source)
+        self.planned_moves = PlannedMoves(self.viewer, self.action_source, self.ik_handles.let_go)
         self.joysticks.show(self.action_source.joysticks)
         self._start = self.world.save_state()
         self.viewer.time_folder.setup = self.scene_setup.setup
@@ -157,6 +166,7 @@ class DrivingSession:
         self.insets.show_robot(self.robot)
         self.set_follow(self._panel.follows_robot)
         self.set_see_through(self._panel.sees_through)
+        self.set_planning(self._panel.plans_moves)
         self.show_status()
 
     # --------------------------------------------------------------------------------------------- requests
@@ -207,6 +217,24 @@ class DrivingSession:
             self.see_through.keep(self.viewer.path_of(self.robot.base_link), seen_heights(self.robot))
         else:
             self.see_through.clear()
+
+    def set_planning(self, on: bool) -> None:
+        """Let arms take planned ways around obstacles to their handles, or follow the handles directly."""
+        self.planned_moves.stop()
+        self.ik_handles.release()
+        do = self.requests.do
+        self.ik_handles.on_release = (
+            (lambda group, pose: do(lambda: self._plan_move(group, pose))) if on else None
+        )
+
+    def _plan_move(self, group: str, pose: Array) -> None:
+        """Plan the motion of an arm to a (4, 4) pose in the base frame, and begin it."""
+        self.action_source.targets.pop(group, None)
+        try:
+            self.show_message(self.planned_moves.start(group, pose))
+        finally:
+            if not self.planned_moves.moves(group):
+                self.ik_handles.let_go(group)
 
     def play(self, playing: bool) -> None:
         """Run or pause the simulation."""
@@ -260,6 +288,7 @@ class DrivingSession:
     def _after_jump(self) -> None:
         self._behind = 0.0
         self.viewer.sync()
+        self.planned_moves.stop()
         self.ik_handles.release()
         self.show_status()
 
@@ -317,6 +346,11 @@ class DrivingSession:
         self._panel.show_status(f"{self.world.time:.1f} s, {state}. {self.action_source.status()}")
 
     def show_error(self, message: str) -> None:
-        """Show an error for at least `ERROR_PERIOD`."""
-        self._error_until = perf_counter() + ERROR_PERIOD
+        """Show an error for at least `MESSAGE_PERIOD`."""
+        self._message_until = perf_counter() + MESSAGE_PERIOD
         self._panel.show_error(message)
+
+    def show_message(self, text: str) -> None:
+        """Show plain text in place of the status for `MESSAGE_PERIOD`."""
+        self._message_until = perf_counter() + MESSAGE_PERIOD
+        self._panel.show_status(plain(text))

@@ -17,21 +17,19 @@ from roboyard.viewer.page.requests import RequestQueue
 from roboyard.viewer.page.server import DEFAULT_PORT
 from roboyard.viewer.planning.clearance_layer import ClearanceLayer, nearest_links
 from roboyard.viewer.planning.swept_ghost import COPIES, SweptGhost
-from roboyard.viewer.scene.drawings import Drawing, SceneLines
+from roboyard.viewer.planning.tool_way import tool_way
+from roboyard.viewer.scene.drawings import Drawing
 from roboyard.viewer.scene.texts import SceneText
 from roboyard.viewer.viewer import Viewer
 
 if TYPE_CHECKING:
-    from roboyard.planning import RobotPlanner, Trajectory
+    from roboyard.planning import RobotPlanner
 
 SEARCH = 0.5
 """Longest search while the goal is dragged (s)."""
 SCALE = 0.22
 """Size of the goal's handle (m)."""
-WAY_RGB = np.array([0.1, 0.45, 0.9])
 RED = (0.75, 0.1, 0.1)
-WAY_POINTS = 60
-"""Points of the line along which the tool moves."""
 
 
 class PlanningPage:
@@ -250,7 +248,7 @@ class PlanningPage:
             middle = found.centers[found.of_link == found.links.index(link)].mean(axis=0)
             x, y, z = (float(value) for value in root[:3, :3] @ middle + root[:3, 3])
             texts.append(SceneText(text=f"{1e3 * gap:.0f} mm", position=(x, y, z), rgb=RED))
-        self.viewer.draw(Drawing(lines=[self._way(trajectory)], texts=texts))
+        self.viewer.draw(Drawing(lines=[tool_way(now, trajectory, self.link)], texts=texts))
         milliseconds = 1e3 * (plan.planning_seconds + plan.timing_seconds)
         said = [
             f"planned in {milliseconds:.1f} ms",
@@ -258,17 +256,6 @@ class PlanningPage:
             *(f"{plain(link)}: {1e3 * gap:.0f} mm from obstacles" for link, gap in near),
         ]
         self.status.content = "  \n".join(said)
-
-    def _way(self, trajectory: Trajectory) -> SceneLines:
-        """Return the line along which the link moves."""
-        from roboyard.kinematics import forward_kinematics
-
-        now, root = self._now, self._now.obstacles.root
-        times = np.linspace(0.0, trajectory.duration, WAY_POINTS)
-        rows = np.array([now.vector(q) for q in trajectory.at(times)[0]])
-        points = (root @ forward_kinematics(now.robot.chain, rows, self.link))[:, :3, 3]
-        rgb = np.tile(WAY_RGB, (len(points) - 1, 1))
-        return SceneLines(start=points[:-1], end=points[1:], rgb=rgb, width=3.0)
 
     def show_error(self, message: str) -> None:
         """Show an error message (plain text)."""
