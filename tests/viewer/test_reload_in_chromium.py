@@ -21,6 +21,8 @@ pytestmark = [
 ]
 SLIDER = slider("hinge")
 VALUE = f"Number({SLIDER}?.getAttribute('aria-valuenow') ?? 9)"
+TURN = "window.__viserMutable?.nodeRefFromName?.['/pendulum/bob']?.quaternion?.toArray()"
+"""JavaScript for the drawn orientation of the pendulum (x, y, z, w)."""
 RELOADED = "window.__before === undefined && document.readyState === 'complete'"
 
 
@@ -46,9 +48,15 @@ def test_two_tabs_and_a_reloaded_one_agree(pendulum: Path, tmp_path: Path) -> No
         red = picture[..., 0] > picture[..., 1:].max(axis=2) + 60
         return float(np.nonzero(red)[1].mean()) - width / 2 if red.sum() > 100 else None
 
-    def is_as_far(page: chromium.Page, place: float) -> bool:
+    def has_moved(page: chromium.Page, start: float) -> bool:
+        """Whether the red pixels are elsewhere; the width of a page's panel, thus of its picture, varies."""
         found = middle(page)
-        return found is not None and abs(found - place) < 6
+        return found is not None and abs(found - start) > 20
+
+    def shows(page: chromium.Page, angle: float) -> bool:
+        """Whether a page draws the pendulum at an angle (rad) about its hinge, along y."""
+        turn = page.evaluate(TURN)
+        return turn is not None and np.allclose(turn, [0, np.sin(angle / 2), 0, np.cos(angle / 2)], atol=1e-4)
 
     def settled(page: chromium.Page) -> float:
         """Return `middle` once ten pictures in succession agree: the page draws what it received late."""
@@ -94,23 +102,25 @@ def test_two_tabs_and_a_reloaded_one_agree(pendulum: Path, tmp_path: Path) -> No
             pages.append(chromium.Page(inspector.viewer.url, tmp_path / f"profile {number}"))
             until(lambda: middle(pages[-1]) is not None, tick=tick)
             until(lambda: open_move_tab(pages[-1]), tick=tick)
-        start = settled(pages[0])
-        until(lambda: is_as_far(pages[1], start), tick=tick)
+        starts = [settled(page) for page in pages]
+        assert all(shows(page, 0.0) for page in pages)
         move(pages[0], "End", 2.0)
-        for page in pages:
+        for page, start in zip(pages, starts, strict=True):
             until(lambda page=page: page.evaluate(VALUE) == 2.0, tick=tick)
-            until(lambda page=page: not is_as_far(page, start), tick=tick)
-        shown = settled(pages[0])
-        until(lambda: is_as_far(pages[1], shown), tick=tick)
+            until(lambda page=page: shows(page, 2.0), tick=tick)
+            until(lambda page=page, start=start: has_moved(page, start), tick=tick)
         pages[0].evaluate("window.__before = 1; location.reload()")
         until(lambda: pages[0].evaluate(RELOADED), tick=tick)
-        until(lambda: is_as_far(pages[0], shown), tick=tick)
+        until(lambda: shows(pages[0], 2.0), tick=tick)
+        shown = settled(pages[0])
+        assert abs(shown - starts[0]) > 20
         until(lambda: open_move_tab(pages[0]), tick=tick)
         until(lambda: pages[0].evaluate(VALUE) == 2.0, tick=tick)
         # the tab that stayed open moves the robot in the reloaded one
         move(pages[1], "Home", -2.0)
         until(lambda: pages[0].evaluate(VALUE) == -2.0, tick=tick)
-        until(lambda: not is_as_far(pages[0], shown), tick=tick)
+        until(lambda: shows(pages[0], -2.0), tick=tick)
+        until(lambda: has_moved(pages[0], shown), tick=tick)
         pages[1].close()
         until(lambda: inspector.viewer.watchers == 1, tick=tick)
         assert pages[0].evaluate(VALUE) == -2.0
