@@ -91,7 +91,7 @@ BENCHMARKS = (
         quick=("scenes", "--count", "5"),
     ),
     Benchmark(
-        name="pages",
+        name="viewer",
         title="Pages in the browser",
         reading="R1 moves in a headless Chromium without a GPU, where Roboyard starts in low quality.",
         arguments=("r1", "--rounds", "2"),
