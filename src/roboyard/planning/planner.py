@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboyard._lazy import lazy_module
-from roboyard.description.model import Mesh
 from roboyard.errors import ConfigError
-from roboyard.native import Kernel
 from roboyard.planning.checking import CollisionChecker
 from roboyard.planning.constrained_search import ConstrainedSearch
 from roboyard.planning.constraints import BoundConstraint, PathConstraint, why_outside
-from roboyard.planning.distance_fields import DistanceField
+from roboyard.planning.exact_checker import JUDGED_STEP, ExactChecker
 from roboyard.planning.goals import (
     Goal,
     PoseGoal,
@@ -28,9 +23,9 @@ from roboyard.planning.goals import (
     postures_for,
     why_unreachable,
 )
-from roboyard.planning.hull_judge import Clash, HullJudge, is_judged, judge_of
+from roboyard.planning.hull_judge import HullJudge
 from roboyard.planning.hull_search import hull_path
-from roboyard.planning.kernels.arrays import RobotArrays
+from roboyard.planning.loops import compile_loops
 from roboyard.planning.obstacles import Obstacle, Obstacles
 from roboyard.planning.path_search import (
     MOST_SAMPLES,
@@ -46,22 +41,12 @@ from roboyard.planning.spheres.sphere_model import SphereModel, SphereRobot, sph
 from roboyard.planning.trajectory import Outcome, Plan, Trajectory, path_length
 from roboyard.transforms import Array
 
-_checker = lazy_module("roboyard.planning.kernels.checker")
-_sampling = lazy_module("roboyard.planning.kernels.sampling")
-_motion = lazy_module("roboyard.planning.kernels.motion")
-_shortcuts = lazy_module("roboyard.planning.kernels.shortcuts")
-_timing = lazy_module("roboyard.planning.kernels.timing")
-_kinematics = lazy_module("roboyard.kinematics._kernels")
-_inverse = lazy_module("roboyard.kinematics._lm")
-
 VELOCITY, ACCELERATION, JERK = 2.0, 15.0, 500.0
 """Limits of joints without one (rad/s, rad/s², rad/s³ or m)."""
 TRIES, ROUNDS = 4, 120
 """Searches of which the shortest path is kept, and attempts to shorten it."""
 LONGER = 2
 """Times the samples of the quickest search after which another one is given up."""
-JUDGED_STEP = 0.01
-"""Distance between configurations that the judge checks (rad)."""
 REPAIRS = 6
 """Times that a path refused by the judge is planned again."""
 SPHERES_FIRST, EXACT_NEXT = 0.06, 0.5
@@ -113,9 +98,8 @@ class Planner:
         """The group's arrays, in depth-first order of joints."""
         self.obstacles = obstacles if isinstance(obstacles, Obstacles) else Obstacles(obstacles, root)
         """The surroundings; `obstacles.move` moves one in place."""
-        self._judge = judge
-        self._judge_is_ours = judge is None
-        self._judged_moves = 0
+        self.exact = ExactChecker(self.robot, self.obstacles, judge)
+        """Decides where spheres leave it open."""
         self._order = np.array(self.robot.order)
         own = np.where(np.isfinite(self.robot.chain.velocity), self.robot.chain.velocity, VELOCITY)
         rows = (
@@ -136,19 +120,6 @@ class Planner:
         return np.broadcast_to(values, (n,))[self._order].copy()
 
     @property
-    def judge(self) -> HullJudge:
-        """Exact shapes in MuJoCo, made at the first use and again where obstacles were moved."""
-        moved = self._judge_is_ours and self._judged_moves != self.obstacles.moves
-        if self._judge is None or moved:
-            self._judge = judge_of(self.robot, self.obstacles.items)
-            self._judged_moves = self.obstacles.moves
-        return self._judge
-
-    def use_judge(self, judge: HullJudge) -> None:
-        """Judge by other exact shapes than those of the description and the obstacles."""
-        self._judge, self._judge_is_ours = judge, False
-
-    @property
     def bounds(self) -> tuple[Array, Array]:
         """(n,) lower and upper limits of search (rad or m), finite, in the order of `joint_names`."""
         return self._named(self.robot.arrays.lower), self._named(self.robot.arrays.upper)
@@ -159,19 +130,18 @@ class Planner:
         return self._named(self.limits)
 
     @property
+    def judge(self) -> HullJudge:
+        """Exact shapes in MuJoCo, made at the first use and again where obstacles were moved."""
+        return self.exact.judge
+
+    def use_judge(self, judge: HullJudge) -> None:
+        """Judge by other exact shapes than those of the description and the obstacles."""
+        self.exact.use_judge(judge)
+
+    @property
     def checker(self) -> CollisionChecker:
         """A collision checker of the group, in depth-first order of joints."""
         return CollisionChecker(self.robot, self.obstacles)
-
-    @property
-    def _covers(self) -> bool:
-        """Whether spheres contain the exact shapes: what is free of spheres is free, but for rough pairs."""
-        return bool(self.robot.model.gaps) and not self.robot.model.is_loose
-
-    @property
-    def _spheres_suffice(self) -> bool:
-        """Whether what is free of spheres is free."""
-        return self._covers and not self.robot.rough
 
     def warm_up(self) -> None:
         """Load the kernels, or compile them on their first use on this machine, and build the judge."""
@@ -183,7 +153,7 @@ class Planner:
         time_path(space, shorten(space, path, rounds=1, seed=0), self.limits, self.robot.joint_names)
         relax(self.robot.arrays, self.obstacles.arrays, q[None])
         self.judge.clashes(q)
-        self._clash(q)
+        self.exact.clash(q)
         moved = next((link for link in self.robot.links if self._moves(link)), None)
         if moved is not None:
             postures_for(self.robot, PoseGoal(link=moved, position=(0.0, 0.0, 0.0)), np.eye(4), q, seeds=4)
@@ -224,7 +194,7 @@ class Planner:
         failure, q = self._bounded("start", q)
         if failure:
             return self._failed("start outside limits", failure, begin)
-        touching = self._clash(q)
+        touching = self.exact.clash(q)
         if touching:
             reason = f"{touching}; move the robot or the obstacle apart before planning"
             return self._failed("start in collision", reason, begin)
@@ -254,7 +224,7 @@ class Planner:
         """
         from_here = self.vector(near, "near")
         found = postures_for(self.robot, goal, self.obstacles.root, from_here, seeds=seeds, seed=seed)
-        marked = [replace(s, q=self._named(s.q), is_free=not self._clash(s.q)) for s in found]
+        marked = [replace(s, q=self._named(s.q), is_free=not self.exact.clash(s.q)) for s in found]
         return sorted(marked, key=lambda solution: not solution.is_free)
 
     def _planned(
@@ -271,7 +241,7 @@ class Planner:
         postures = np.concatenate([start[None], goals])
         arrays, relaxed = relax(self.robot.search_arrays, self.obstacles.arrays, postures)
         allows = self.robot.search_arrays is not self.robot.arrays
-        judged = relaxed or allows or not self._spheres_suffice
+        judged = relaxed or allows or not self.exact.spheres_suffice
         timing = 0.0
         touching = ""
         exact, until = False, begin + SPHERES_FIRST * (deadline - begin)
@@ -296,7 +266,7 @@ class Planner:
                 continue
             middle = time.perf_counter()
             sure = not (judged or exact)
-            if allows and not relaxed and not exact and self._spheres_suffice:
+            if allows and not relaxed and not exact and self.exact.spheres_suffice:
                 whole = SearchSpace.of(self.robot.arrays, self.obstacles.arrays)
                 if is_free_path(whole, path):  # without the overlaps that the search allowed
                     space, sure = whole, True
@@ -304,7 +274,7 @@ class Planner:
             trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=corners)
             if region is not None and not region.inside(trajectory.dense(JUDGED_STEP), 1.0 + 1e-6).all():
                 trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=0.0)
-            refused = None if sure else self._first_clash(trajectory, None if exact else arrays)
+            refused = None if sure else self.exact.first_clash(trajectory, None if exact else arrays)
             timing += time.perf_counter() - middle
             if refused is None:
                 reached = int(np.argmin(np.linalg.norm(goals - path[-1], axis=1)))
@@ -419,7 +389,7 @@ class Planner:
                 candidates = [q]
             kept = 0
             for q in candidates:
-                touching = self._clash(q)
+                touching = self.exact.clash(q)
                 if touching:
                     if outcome != "goal in collision":
                         outcome = "goal in collision"
@@ -431,81 +401,6 @@ class Planner:
                 if kept == MOST_GOALS:
                     break
         return outcome, reason, np.array(rows).reshape(-1, len(start)), index
-
-    def _clash(self, q: Array) -> str:
-        """Return the overlap at q as text; "" for none. Exact shapes decide where spheres overlap."""
-        arrays, world = self.robot.arrays, self.obstacles.arrays
-        free = np.empty(1, dtype=np.uint8)
-        checker = self.checker
-        _checker().free_batch(arrays, world, q[None].copy(), 0.0, checker.work, free)
-        if free[0] and self._spheres_suffice:
-            return ""
-        found = self.judge.clashes(q)
-        if not found:
-            return self._unjudged_clash(q)
-        worst = max(found, key=lambda clash: clash.depth)
-        kind = "link" if worst.is_self else "obstacle"
-        return f'link "{worst.link}" overlaps {kind} "{worst.other}" by {1e3 * worst.depth:.1f} mm'
-
-    @cached_property
-    def _unknown(self) -> tuple[int, ...]:
-        """Rows of the obstacles that the judge does not know."""
-        items = self.obstacles.items if self._judge_is_ours else ()
-        fields = [(k, o) for k, o in enumerate(items) if isinstance(o.shape, Mesh | DistanceField)]
-        return tuple(k for k, o in fields if not is_judged(o))
-
-    @property
-    def _unjudged(self) -> CollisionChecker | None:
-        """The robot without its pairs among the obstacles that the judge does not know; None without any."""
-        if not self._unknown:
-            return None
-        robot = self.robot.arrays
-        none = {"pairs": robot.pairs[:0], "pair_pad": robot.pair_pad[:0], "pair_reach": robot.pair_reach[:0]}
-        unknown = Obstacles([self.obstacles.items[k] for k in self._unknown], self.obstacles.root)
-        return CollisionChecker(replace(self.robot, arrays=robot._replace(**none)), unknown)
-
-    def _unjudged_clash(self, q: Array) -> str:
-        checker = self._unjudged
-        if checker is None or checker.free(q):
-            return ""
-        nearest = checker.nearest(q)
-        depth = -1e3 * nearest.distance
-        return f'link "{nearest.link}" overlaps obstacle "{nearest.other}" by {depth:.1f} mm, as spheres'
-
-    def _first_clash(
-        self, trajectory: Trajectory, arrays: RobotArrays | None
-    ) -> tuple[int, list[Clash]] | None:
-        """Return the first configuration that exact shapes refuse; those free of spheres need no look.
-
-        `arrays` are those with whose paddings the trajectory is free, None for none.
-        """
-        dense = trajectory.dense(JUDGED_STEP)
-        unjudged = self._unjudged
-        if unjudged is not None and not (free := unjudged.free(dense)).all():
-            k = int(np.argmin(free))
-            nearest = unjudged.nearest(dense[k])
-            clash = Clash(link=nearest.link, other=nearest.other, depth=-nearest.distance, is_self=False)
-            return k, [clash]
-        if not self._covers:
-            return self.judge.first_clash(dense)
-        free = self._with_smaller_paddings(arrays).free(dense)
-        return self.judge.first_clash(dense[~free]) or self.judge.first_pair_clash(dense[free])
-
-    def _with_smaller_paddings(self, arrays: RobotArrays | None) -> CollisionChecker:
-        """Return a checker of those links and pairs only whose paddings are smaller in `arrays`."""
-        whole = self.robot.arrays
-        if arrays is None:
-            return self.checker
-        pairs = arrays.pair_pad < whole.pair_pad
-        links = arrays.pad < whole.pad
-        links[whole.pairs[pairs]] = True
-        reduced = whole._replace(
-            node=np.where(links, whole.node, -1),  # links that do not move are not checked
-            pairs=whole.pairs[pairs],
-            pair_pad=whole.pair_pad[pairs],
-            pair_reach=whole.pair_reach[pairs],
-        )
-        return CollisionChecker(replace(self.robot, arrays=reduced), self.obstacles)
 
     # ----------------------------------------------------------------------------------- vectors
 
@@ -566,26 +461,3 @@ def _listed(goal: Goal | Sequence[Goal]) -> list[Goal]:
         return list(cast(Sequence[Goal], goal))
     values = np.asarray(cast(ArrayLike, goal), dtype=float)
     return [values] if values.ndim < 2 else list(values)
-
-
-_prepared = False
-
-
-def compile_loops() -> None:
-    """Compile the loops that no earlier process has stored, and say so in a line; once in a process.
-
-    A plan's time begins after it: the first plan on a machine has as much time to search as later ones.
-    """
-    global _prepared
-    if _prepared:
-        return
-    _prepared = True
-    modules = (_checker, _sampling, _motion, _shortcuts, _timing, _kinematics, _inverse)
-    loops = [loop for module in modules for loop in vars(module()).values() if isinstance(loop, Kernel)]
-    missing = [loop for loop in loops if not loop.is_ready]
-    if missing:
-        logging.getLogger("roboyard").warning(
-            "compiling the planner for this machine: once, about 20 seconds"
-        )
-    for loop in missing:
-        loop.load()
