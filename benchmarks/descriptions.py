@@ -8,7 +8,14 @@ MuJoCo's own reading of the same MJCF file, Drake's of an SDF file (`--drake` na
 environment with the package `drake`) and Newton's of a USD stage give each body's mass, the place of its
 centre of mass in the root's frame and its inertia about it; the greatest differences are in the table:
 places in m, masses and inertias relative (inertia to the greatest entry of the body). Newton computes in
-single precision, so that 1e-5 is its own.
+single precision, so that 1e-5 is its own. Joints that a stage stacks between two bodies are moved one at a
+time: MuJoCo, whose joints they are, turns them in the stage's order, Newton in that of their paths. A stage
+with loops and no articulation, and so no stated tree, is compared with all joints at zero.
+
+Not compared, and named in the table: bodies that no joint holds to the robot, as the description's notes
+say; inertias that no body can have (Drake and Newton replace them, a description keeps what is written); in
+USD, bodies whose mass follows from a mesh that is not closed (it bounds no volume: Newton integrates over
+its triangles all the same, Roboyard takes its convex hull).
 
 A row is `agrees`, `differs`, `alone` where the other program refuses the file, `refused` where Roboyard
 does, or `error`. With `--round-trip` each description is also written as USD, read, written as URDF and
@@ -137,14 +144,30 @@ def read_robot(file: Path, kind: str, options: argparse.Namespace) -> dict[str, 
     }
     generator = np.random.default_rng(7)
     worst: dict[str, tuple[float, str]] = {}
+    unjoined = ("not joined to the robot", "models other than")
+    omitted = [note for note in description.notes if any(words in note for words in unjoined)]
+    open_bodies = bodies_of_open_meshes(file) if kind == "usd" else set()
+    ours: Bodies = {}
     try:
         for _ in range(2):
             q = posture(description, generator)
+            if kind == "usd":
+                q = comparable(file, q, generator, has_loops=bool(description.loops))
+            ours = bodies_of(description, q)
             theirs = reference(kind, file, q, packages, options.drake, description)
-            for name, found in differences(bodies_of(description, q), theirs, description.root.name).items():
+            if omitted:
+                theirs = {name: body for name, body in theirs.items() if name in ours}
+            compared = {name: body for name, body in ours.items() if name not in open_bodies}
+            theirs = {name: body for name, body in theirs.items() if name not in open_bodies & set(ours)}
+            for name, found in differences(compared, theirs, description.root.name).items():
                 worst[name] = max(worst.get(name, (0.0, "")), found)
         row["outcome"] = "agrees" if all(d <= TOLERANCES[kind] for d, _ in worst.values()) else "differs"
         where = [f"{name} of {body}" for name, (d, body) in worst.items() if d > TOLERANCES[kind]]
+        if odd := [name for name, body in ours.items() if not is_possible(body.inertia)]:
+            where.append(f"not compared: impossible inertia of {_some(odd)}")
+        if open_ := [name for name in ours if name in open_bodies]:
+            where.append(f"not compared: open meshes of {_some(open_)}")
+        where += [note.partition(": ")[2] for note in omitted]
         row["message"] = ", ".join(where)
     except Exception as error:  # the other program raises several types
         row |= {"outcome": "alone", "message": _first_line(error)}
@@ -152,6 +175,11 @@ def read_robot(file: Path, kind: str, options: argparse.Namespace) -> dict[str, 
     if options.round_trip:
         row["round_trip"] = round_trip(description)
     return {**row, "seconds": round(time.perf_counter() - began, 2)}
+
+
+def _some(names: Sequence[str]) -> str:
+    """Return the first names of a list and the number of others."""
+    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
 
 
 def _first_line(error: BaseException) -> str:
@@ -277,17 +305,25 @@ def newton_bodies(file: Path, q: Mapping[str, float]) -> Bodies:
     """Return the bodies of a stage as Newton has them."""
     import newton
     import warp
+    from pxr import Usd
 
     from roboyard.transforms import matrix_from_quaternion
 
     warp.config.quiet = True
     builder = newton.ModelBuilder()
-    builder.add_usd(str(file), load_visual_shapes=False)
+    read = builder.add_usd(str(file), load_visual_shapes=False)
+    stage = Usd.Stage.Open(str(file))
+    paths: dict[int, list[str]] = {}
+    for path, j in read["path_joint_map"].items():
+        paths.setdefault(j, []).append(path)
     for j, label in enumerate(builder.joint_label):
-        name, count, start = label.rpartition("/")[2], sum(builder.joint_dof_dim[j]), builder.joint_q_start[j]
-        names = [name] if count == 1 else [f"{name}_{k + 1}" for k in range(count)]
+        count, start = sum(builder.joint_dof_dim[j]), builder.joint_q_start[j]
+        names = [shown_name(stage, path) for path in sorted(paths.get(j, []), key=lambda p: _turns(stage, p))]
+        if len(names) != count:
+            names = [f"{shown_name(stage, label)}_{k + 1}" for k in range(count)]
         if builder.joint_q_start[j + 1 :][:1] != [start + count + 1]:  # neither ball nor free joint
             builder.joint_q[start : start + count] = [q.get(each, 0.0) for each in names]
+    _articulate(builder)
     model = builder.finalize(device="cpu")
     state = model.state()
     newton.eval_fk(model, model.joint_q, model.joint_qd, state)
@@ -299,8 +335,92 @@ def newton_bodies(file: Path, q: Mapping[str, float]) -> Bodies:
         tensor = np.array(builder.body_inertia[k], dtype=float).reshape(3, 3)
         centre = T[:3, 3] + T[:3, :3] @ np.array(builder.body_com[k], dtype=float)
         inertia = T[:3, :3] @ tensor @ T[:3, :3].T
-        found[label.rpartition("/")[2]] = Body(T, float(builder.body_mass[k]), centre, inertia)
+        found[shown_name(stage, label)] = Body(T, float(builder.body_mass[k]), centre, inertia)
     return found
+
+
+def shown_name(stage: Any, path: str) -> str:
+    """Return the name that a prim shows, else its own."""
+    prim = stage.GetPrimAtPath(path)
+    return (prim.GetDisplayName() or prim.GetName()) if prim else path.rpartition("/")[2]
+
+
+def bodies_of_open_meshes(file: Path) -> set[str]:
+    """Return the bodies of a stage whose mass, centre or inertia follow from a mesh that is not closed."""
+    from pxr import Usd, UsdGeom, UsdPhysics
+
+    stage = Usd.Stage.Open(str(file))
+    found: set[str] = set()
+    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
+        if not (prim.IsA(UsdGeom.Mesh) and prim.HasAPI(UsdPhysics.CollisionAPI)):
+            continue
+        body = prim
+        while body and not body.HasAPI(UsdPhysics.RigidBodyAPI):
+            body = body.GetParent()
+        if not body:
+            continue
+        stated = (body.GetAttribute(f"physics:{n}") for n in ("mass", "centerOfMass", "diagonalInertia"))
+        if all(each and each.HasAuthoredValue() for each in stated):
+            continue
+        mesh, edges = UsdGeom.Mesh(prim), Counter[tuple[int, int]]()
+        points = np.round(np.array(mesh.GetPointsAttr().Get(), dtype=float), 6)
+        same = np.unique(points, axis=0, return_inverse=True)[1].reshape(-1)
+        corners = same[np.array(mesh.GetFaceVertexIndicesAttr().Get())]
+        start = 0
+        for count in mesh.GetFaceVertexCountsAttr().Get():
+            polygon = corners[start : start + count].tolist()
+            edges.update(zip(polygon, polygon[1:] + polygon[:1], strict=True))
+            start += count
+        if any(edges[b, a] != number for (a, b), number in edges.items()):
+            found.add(shown_name(stage, str(body.GetPath())))
+    return found
+
+
+def _turns(stage: Any, path: str) -> bool:
+    return "Revolute" in str(stage.GetPrimAtPath(path).GetTypeName())
+
+
+def _articulate(builder: Any) -> None:
+    """Make articulations of joints that the stage gives to none: Newton moves no others."""
+    held = {
+        builder.joint_child[j] for j in range(len(builder.joint_label)) if builder.joint_articulation[j] >= 0
+    }
+    run: list[int] = []
+    for j in range(len(builder.joint_label)):
+        if builder.joint_articulation[j] < 0 and builder.joint_child[j] not in held:
+            held.add(builder.joint_child[j])
+            run.append(j)
+            if builder.joint_articulation[j + 1 :][:1] == [-1] and builder.joint_child[j + 1] not in held:
+                continue
+            builder.add_articulation(run)
+            run = []
+
+
+def comparable(
+    file: Path, q: Mapping[str, float], generator: np.random.Generator, *, has_loops: bool
+) -> dict[str, float]:
+    """Return positions that mean the same to every reader of a stage.
+
+    Of the joints between the same two bodies one keeps its position. All are zero where joints close loops
+    and the stage names no articulation, so that each reader opens the loops at a joint of its choice.
+    """
+    from pxr import Usd, UsdPhysics
+
+    stage = Usd.Stage.Open(str(file))
+    prims = list(stage.Traverse(Usd.TraverseInstanceProxies()))
+    if has_loops and not any(prim.HasAPI(UsdPhysics.ArticulationRootAPI) for prim in prims):
+        return dict.fromkeys(q, 0.0)
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for prim in prims:
+        if prim.IsA(UsdPhysics.Joint):
+            joint = UsdPhysics.Joint(prim)
+            ends = [str(r.GetTargets()) for r in (joint.GetBody0Rel(), joint.GetBody1Rel())]
+            groups.setdefault(tuple(ends), []).append(shown_name(stage, str(prim.GetPath())))
+    moved = dict(q)
+    for names in groups.values():
+        kept = names[int(generator.integers(len(names)))]
+        moved |= {name: 0.0 for name in names if name in q and name != kept}
+    return moved
 
 
 def differences(ours: Bodies, theirs: Bodies, root: str) -> dict[str, tuple[float, str]]:
@@ -329,11 +449,17 @@ def differences(ours: Bodies, theirs: Bodies, root: str) -> dict[str, tuple[floa
         found = {
             "place": float(np.abs(own.centre - centre).max()),
             "mass": abs(own.mass - body.mass) / own.mass,
-            "inertia": relative(own.inertia, inertia),
+            "inertia": relative(own.inertia, inertia) if is_possible(own.inertia) else 0.0,
         }
         for what, size in found.items():
             worst[what] = max(worst[what], (size, name))
     return worst
+
+
+def is_possible(inertia: np.ndarray) -> bool:
+    """Return whether a body can have an inertia: positive, no moment above the sum of the others."""
+    least, middle, greatest = np.linalg.eigvalsh(inertia)
+    return bool(least > -TINY and least + middle > greatest * (1 - 1e-6) - TINY)
 
 
 def relative(ours: np.ndarray, theirs: np.ndarray) -> float:

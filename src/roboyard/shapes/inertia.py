@@ -54,6 +54,13 @@ class SolidInertia:
             solid=self.solid,
         )
 
+    def about(self, center: ArrayLike) -> SolidInertia:
+        """Return the solid with its inertia about another point (3,) (m), which counts as its centre."""
+        point = np.asarray(center, dtype=float)
+        offset = self.center - point
+        shift = self.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+        return SolidInertia(mass=self.mass, center=point, inertia=self.inertia + shift, solid=self.solid)
+
 
 def box(size: ArrayLike, density: float = DEFAULT_DENSITY) -> SolidInertia:
     """Return the inertia of a centred box of full extents `size` (3,) (m)."""
@@ -155,8 +162,7 @@ def combined(parts: Sequence[SolidInertia]) -> SolidInertia:
     center = np.sum([part.mass * part.center for part in parts], axis=0) / mass
     inertia = np.zeros((3, 3))
     for part in parts:
-        offset = part.center - center
-        inertia += part.inertia + part.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+        inertia += part.about(center).inertia
     heaviest = max(parts, key=lambda part: part.mass)
     return SolidInertia(mass=mass, center=center, inertia=inertia, solid=heaviest.solid)
 

@@ -8,7 +8,7 @@
 | joint to what is no body | a root link `world` |
 | joint outside the articulation, or one that closes a loop | loop joint |
 | joint with its bodies the other way round | turned round |
-| MassAPI; else density and colliders | inertial |
+| MassAPI; NewtonMassAPI's tensor; else density and colliders | inertial |
 | geometric prims below a body, see `shapes` | visuals and collisions |
 | NewtonMimicAPI, PhysxMimicJointAPI, MjcEqualityJointAPI | mimic |
 | units and up axis of the stage | m, kg, z up; metres where it states no unit, as physics engines take it |
@@ -157,7 +157,7 @@ class _Builder:
         wanted = next((root for root in roots if root in group), "")
         tree = spanning_tree(names, own, world=WORLD, wanted=wanted)
         index = [number for number, edge in enumerate(edges) if edge[0] in group or edge[1] in group]
-        others = [str(bodies[path].GetName()) for path in bodies if path not in group]
+        others = [_name_of(bodies[path]) for path in bodies if path not in group]
         if others:
             shown = ", ".join(others[:_NAMED]) + (", ..." if len(others) > _NAMED else "")
             self.notes.append(f"{len(others)} bodies that are not joined to the robot are omitted: {shown}")

@@ -1,7 +1,9 @@
 """Mass, centre of mass and inertia of a body, as MassAPI states them; what it does not state is computed.
 
 A body without a mass has that of its colliders: their own, or that of their volume at their density, the
-body's, their material's, or that of water.
+body's, their material's, or that of water. The tensor of NewtonMassAPI comes before principal moments, which
+a stage states beside it in single precision. A computed inertia is taken about the centre of mass that is
+stated, as OpenUSD's own computation does.
 """
 
 from __future__ import annotations
@@ -34,8 +36,9 @@ def inertial_of(body: Any, shapes: BodyShapes, frames: Frames) -> Inertial | Non
     center = _vector(body, "physics:centerOfMass")
     moments = _vector(body, "physics:diagonalInertia")
     has_moments = moments is not None and bool((moments != 0).any())
+    stated = _tensor(body)
     solid = None
-    if mass is None or center is None or not has_moments:
+    if mass is None or center is None or not (has_moments or stated is not None):
         solid = _solid(body, shapes, frames)
     if mass is None:
         if solid is None:
@@ -46,6 +49,8 @@ def inertial_of(body: Any, shapes: BodyShapes, frames: Frames) -> Inertial | Non
         T[:3, 3] = scale * center
     elif solid is not None:
         T[:3, 3] = solid.center
+    if stated is not None:
+        return _inertial(mass, T, stated * opened.kilograms * opened.metres**2)
     if has_moments:
         assert moments is not None
         turn = quaternion_of(body.GetAttribute("physics:principalAxes").Get())
@@ -55,9 +60,26 @@ def inertial_of(body: Any, shapes: BodyShapes, frames: Frames) -> Inertial | Non
         return Inertial(mass=mass, origin=pose_from_matrix(T), inertia=(xx, 0.0, 0.0, yy, 0.0, zz))
     if solid is None:
         return Inertial(mass=mass, origin=pose_from_matrix(T))
-    tensor = solid.inertia * (mass / solid.mass)
+    return _inertial(mass, T, solid.scaled_to(mass).about(T[:3, 3]).inertia)
+
+
+def _inertial(mass: float, T: Array, tensor: Array) -> Inertial:
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = ([float(v) for v in row] for row in tensor)
     return Inertial(mass=mass, origin=pose_from_matrix(T), inertia=(xx, xy, xz, yy, yz, zz))
+
+
+def _tensor(body: Any) -> Array | None:
+    """Return the (3, 3) tensor that NewtonMassAPI states as xx, yy, zz, xy, xz, yz, in the stage's units."""
+    attribute = body.GetAttribute("newton:inertia")
+    value = attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+    try:
+        numbers = np.array([] if value is None else value, dtype=float)
+    except (TypeError, ValueError):  # an attribute of another type than its schema says
+        return None
+    if numbers.shape != (6,) or not np.isfinite(numbers).all() or not numbers.any():
+        return None
+    xx, yy, zz, xy, xz, yz = numbers
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _solid(body: Any, shapes: BodyShapes, frames: Frames) -> SolidInertia | None:
@@ -74,8 +96,25 @@ def _solid(body: Any, shapes: BodyShapes, frames: Frames) -> SolidInertia | None
         stated = _positive(collider, "physics:mass", frames.opened.kilograms)
         if stated is not None:
             part = part.scaled_to(stated)
-        parts.append(part.moved(pose.position, matrix_from_quaternion(pose.quaternion)))
+        part = part.moved(pose.position, matrix_from_quaternion(pose.quaternion))
+        parts.append(_with_stated(part, collider, body, frames))
     return inertia.combined(parts) if parts else None
+
+
+def _with_stated(part: SolidInertia, collider: Any, body: Any, frames: Frames) -> SolidInertia:
+    """Return a collider as a solid in its body's frame, with the centre and the inertia that it states."""
+    center = _vector(collider, "physics:centerOfMass")
+    moments = _vector(collider, "physics:diagonalInertia")
+    T = np.linalg.inv(frames.rigid(body)) @ frames.rigid(collider)
+    if center is not None:
+        scale = np.linalg.norm(frames.affine(collider)[:3, :3], axis=0)
+        part = part.about((T @ [*(scale * center), 1.0])[:3])
+    if moments is None or not moments.any():
+        return part
+    turn = quaternion_of(collider.GetAttribute("physics:principalAxes").Get())
+    R = T[:3, :3] if turn is None else T[:3, :3] @ matrix_from_quaternion(turn)
+    tensor = R @ np.diag(moments * frames.opened.kilograms * frames.opened.metres**2) @ R.T
+    return SolidInertia(mass=part.mass, center=part.center, inertia=tensor, solid=part.solid)
 
 
 def _solid_of(geometry: Geometry, density: float) -> SolidInertia | None:
