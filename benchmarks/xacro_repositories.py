@@ -14,7 +14,7 @@ A row is `robot`, or why it is none: `part` (expands to no link), `argument` (an
 last lines count repositories in which a robot imports, parts aside, and robots among the files whose
 packages and arguments are there. With `--xacro PYTHON`, an interpreter that has the package `xacro`, each
 robot is also expanded by ROS's own xacro, with a stand-in for ROS's index of packages, and compared:
-elements, attributes and texts, in order.
+elements, attributes and texts, in order. `alone` are files of which ROS's xacro makes no robot.
 """
 
 from __future__ import annotations
@@ -140,7 +140,10 @@ def _compared(file: Path, packages: dict[str, Path], arguments: dict[str, str], 
     done = subprocess.run(call, input=json.dumps(question), capture_output=True, text=True, check=False)
     if done.returncode:
         return "alone: " + (done.stderr.strip().splitlines() or ["?"])[-1][:200]
-    theirs = _flat(ET.fromstring(done.stdout), folders)
+    document = ET.fromstring(done.stdout)
+    if document.find("link") is None:
+        return "alone: no link comes out of ROS's xacro"
+    theirs = _flat(document, folders)
     for own, other in zip_longest(_flat(root, folders), theirs):
         if own != other:
             return f"differs: {own} | {other}"[:400]

@@ -94,6 +94,17 @@ def test_arguments_choose(arm: Path):
     assert [link.name for link in robot.links] == ["base", "upper"]
 
 
+def by_command(file: Path, *arguments: str) -> ET.Element:
+    """Return what the xacro command makes of a file."""
+    command = [sys.executable, "-c", "import xacro; xacro.main()", str(file), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=file.parent)
+    return ET.fromstring(done.stdout)
+
+
+def plain(root: ET.Element) -> list:
+    return [(e.tag, dict(e.attrib), (e.text or "").strip()) for e in root.iter() if isinstance(e.tag, str)]
+
+
 def test_the_expansion_equals_that_of_the_xacro_command(tmp_path: Path):
     """The command finds no package without ROS, so this robot includes by relative path."""
     file = write(
@@ -102,15 +113,7 @@ def test_the_expansion_equals_that_of_the_xacro_command(tmp_path: Path):
         segment__xacro=f"{HEAD}{LINK}</robot>",
         sizes__yaml="upper: 0.75\n",
     )
-    command = [sys.executable, "-c", "import xacro; xacro.main()", str(file), "count:=2"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=file.parent)
-
-    def plain(root: ET.Element) -> list:
-        return [
-            (e.tag, dict(e.attrib), (e.text or "").strip()) for e in root.iter() if isinstance(e.tag, str)
-        ]
-
-    assert plain(expand(file, count="2")) == plain(ET.fromstring(done.stdout))
+    assert plain(expand(file, count="2")) == plain(by_command(file, "count:=2"))
 
 
 def test_world_audit_and_repair_take_it(arm: Path, tmp_path: Path):
@@ -143,6 +146,24 @@ def test_elements_without_prefix_are_those_of_old_xacro(tmp_path: Path):
     body = f'<property name="mass" value="3"/><link name="base">{inertial}</link>'
     root = expand(write(tmp_path, arm__urdf__xacro=f"{HEAD}{body}</robot>"))
     assert root.find("link/inertial/mass").get("value") == "3"  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("with_link", [True, False])
+def test_an_include_without_prefix_is_read_only_where_no_link_comes_out_else(tmp_path: Path, with_link: bool):
+    """ROS's xacro leaves it unread, and its robot is kept where there is one."""
+    link = '<link name="base"/>' if with_link else ""
+    file = write(
+        tmp_path,
+        arm__urdf__xacro=f'{HEAD}\n{link}<include filename="more.xacro"/></robot>',
+        more__xacro=f'{HEAD}<link name="more"/></robot>',
+    )
+    theirs = by_command(file)
+    root, notes = expand_xacro(file, Resolver.of_file(file))
+    (note,) = notes
+    assert "<include> in arm.urdf.xacro:2" in note
+    assert (plain(root) == plain(theirs)) is with_link
+    assert [each.get("name") for each in root.iter("link")] == ["base" if with_link else "more"]
+    assert ("write <xacro:include> to use it" if with_link else "no link comes out otherwise") in note
 
 
 @pytest.mark.parametrize(

@@ -124,12 +124,27 @@ def expand_xacro(
     root, notes = read_xml(_plain_uris(answer["xml"]))
     notes = (*notes, used) if used else notes
     notes = (*notes, *(f"xacro: {name} is omitted: {reason}" for name, reason in answer.get("absent", ())))
+    notes = (*notes, *_notes_on_prefixes(answer))
     elements = [element for element in root.iter() if isinstance(element.tag, str)]
     if len(elements) == len(answer["lines"]):
         for element, (source, line) in zip(elements, answer["lines"], strict=True):
             if isinstance(element, LocatedElement):
                 element.line = line if source == str(file) else None
     return root, notes
+
+
+def _notes_on_prefixes(answer: Mapping[str, Any]) -> list[str]:
+    """Return a note on elements of xacro without prefix, which ROS's xacro does not take for its own."""
+    bare = answer.get("bare", ())
+    if not bare:
+        return []
+    tag, source, line = bare[0]
+    where = f"<{tag}> in {Path(source).name}:{line}" + (f" and {len(bare) - 1} more" if len(bare) > 1 else "")
+    if answer["prefixed"]:
+        done = "read as xacro's, since no link comes out otherwise; ROS's xacro leaves them unread"
+    else:
+        done = f"left unread, as by ROS's xacro; write <xacro:{tag}> to use it"
+    return [f"xacro: elements without the prefix xacro: ({where}) are {done}"]
 
 
 def _with_launch_arguments(

@@ -3,6 +3,9 @@
 Files to include whose package is not on this machine are omitted, and so are calls of macros that nothing
 defines then: most are accessories. What is omitted is noted; a file of which no link is left is an error.
 
+Files of before 2015 name elements of xacro without prefix. Today's xacro leaves such elements in its output,
+and so does this one, unless no link comes out then: they count as elements of xacro in a second try.
+
 It runs the `xacro` package with four replacements: expressions are evaluated by
 `roboyard.description.xacro.expressions`, files are opened through the `Resolver` of the robot, `$(find NAME)`
 gives `package://NAME`, and environment variables that look like secrets count as unset. The process may not
@@ -119,23 +122,22 @@ _KEEP_LINE = _KeepLine()
 def _parse(data: bytes, file: str) -> minidom.Document:
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         raise DescriptionError("a DTD or an entity is not read; remove <!DOCTYPE ...> and <!ENTITY ...>")
-    document = _LineBuilder(file).parseString(data)
-    _add_prefixes(document.documentElement)
-    return document
+    return _LineBuilder(file).parseString(data)
 
 
-def _add_prefixes(root: Any) -> None:
-    """Name elements of xacro as today where they have no prefix, as files of before 2015 write them."""
-    todo = [root]
+def _without_prefix(root: Any) -> list[Any]:
+    """Return the elements of xacro that have no prefix, as files of before 2015 write them."""
+    found, todo = [], [root]
     while todo:
         for child in todo.pop().childNodes:
             if child.nodeType != Node.ELEMENT_NODE:
                 continue
             needs = _WITHOUT_PREFIX.get(child.tagName)
             if needs is not None and child.getAttribute(needs):
-                child.tagName = child.nodeName = f"xacro:{child.tagName}"
-            if child.tagName in ("xacro:macro", "xacro:if", "xacro:unless"):
+                found.append(child)
+            if child.tagName.removeprefix("xacro:") in ("macro", "if", "unless"):
                 todo.append(child)
+    return found
 
 
 def _environment(name: str, default: str | None = None) -> str:
@@ -149,15 +151,20 @@ def expand(main: Path, resolver: Resolver, arguments: dict[str, str]) -> dict[st
     """Expand a file.
 
     Returns:
-        `{"xml": text, "lines": [[file, line], ...], "absent": [[what, reason], ...]}`, `lines` with one entry
-        an element in document order, `absent` with what was omitted: files whose package is not known, calls
-        of their macros; or the failure: `error`, `kind`, `file` and `line`.
+        `{"xml": text, "lines": [[file, line], ...], "absent": [[what, reason], ...], "bare": [[tag, file,
+        line], ...], "prefixed": bool}`, `lines` with one entry an element in document order, `absent` with
+        what was omitted: files whose package is not known, calls of their macros; `bare` the elements of
+        xacro without prefix, `prefixed` whether they were read as such; or the failure: `error`, `kind`,
+        `file` and `line`.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import xacro
         import xacro.substitution_args as substitution
     files, absent = _Files(main, resolver), list[tuple[str, str]]()
+    bare: list[tuple[str, str, int]] = []
+    is_old = [False]
+    """Whether elements without prefix count as xacro's."""
     mappings = (xacro.NameSpace, xacro.YamlDictWrapper)
 
     def safe_eval(expression: str, names: Any, more: Any = None) -> Any:
@@ -168,13 +175,18 @@ def expand(main: Path, resolver: Resolver, arguments: dict[str, str]) -> dict[st
             return _parse(given.encode() if isinstance(given, str) else given.read(), str(main))
         assert filename is not None
         try:
-            return _parse(files.read(filename), filename)
+            document = _parse(files.read(filename), filename)
         except OSError as error:
             if not files.has_package(filename):
                 absent.append((_uri(filename), str(error.strerror)))
                 return _parse(b"<robot/>", filename)
             xacro.filestack.pop()
             raise xacro.XacroException(str(error.strerror), exc=error) from None
+        for element in _without_prefix(document.documentElement):
+            bare.append((element.tagName, *element.getUserData(_LINE)))
+            if is_old[0]:
+                element.tagName = element.nodeName = f"xacro:{element.tagName}"
+        return document
 
     def open_file(filename: Any, *args: Any, **kwargs: Any) -> Any:
         return io.StringIO(files.read(str(filename)).decode("utf-8", "replace"))
@@ -229,6 +241,7 @@ def expand(main: Path, resolver: Resolver, arguments: dict[str, str]) -> dict[st
     def processed(*, properties_first: bool) -> minidom.Document:
         xacro.init_stacks(str(main))
         absent.clear()
+        bare.clear()
         document = parse(None, str(main))
         if properties_first:
             _move_properties_first(document.documentElement)
@@ -236,18 +249,32 @@ def expand(main: Path, resolver: Resolver, arguments: dict[str, str]) -> dict[st
         xacro.process_doc(document, mappings=dict(given), verbosity=0)
         return document
 
-    try:
+    def either_order() -> minidom.Document:
         try:
-            document = processed(properties_first=False)
+            return processed(properties_first=False)
         except xacro.XacroException as error:
             if "is not defined" not in str(error):
                 raise
             first = error, list(xacro.filestack or ())
             try:
-                document = processed(properties_first=True)
+                return processed(properties_first=True)
             except Exception:
                 xacro.filestack[:] = first[1]
                 raise first[0] from None
+
+    def either_prefix() -> minidom.Document:
+        try:
+            document = either_order()
+            if not bare or _has_link(document.documentElement):
+                return document
+        except Exception:
+            if not bare:
+                raise
+        is_old[0] = True
+        return either_order()
+
+    try:
+        document = either_prefix()
     except Exception as error:
         failure = _failure(error, str(main), list(xacro.filestack or ()))
         if absent:
@@ -258,7 +285,11 @@ def expand(main: Path, resolver: Resolver, arguments: dict[str, str]) -> dict[st
     if absent and not document.getElementsByTagName("link"):
         return {"error": ": ".join(absent[0]), "kind": "FileNotFoundError", "file": str(main), "line": None}
     xml, lines = document.documentElement.toxml(), _lines(document.documentElement)
-    return {"xml": xml, "lines": lines, "absent": absent}
+    return {"xml": xml, "lines": lines, "absent": absent, "bare": bare, "prefixed": is_old[0]}
+
+
+def _has_link(root: Any) -> bool:
+    return any(getattr(child, "tagName", "") == "link" for child in root.childNodes)
 
 
 def _move_properties_first(root: Any) -> None:
