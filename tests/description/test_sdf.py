@@ -365,6 +365,24 @@ def test_shapes_colours_and_friction() -> None:
     assert any("a collision that is a heightmap is omitted" in note for note in description.notes)
 
 
+def test_a_model_that_is_not_here_is_not_that_of_another_folder(tmp_path: Path) -> None:
+    """The file's own folder is among the packages given, and holds a file of that name: itself."""
+    folder = tmp_path / "arm_demo"
+    folder.mkdir()
+    file = folder / "model.sdf"
+    file.write_text(model(link("a"), "<include><uri>model://arm</uri></include>"))
+    description = load_description(file, packages={"arm_demo": folder})
+    assert [each.name for each in description.links] == ["a"]
+    (note, *_) = description.notes
+    assert "'model://arm' is not found: name the model's folder with --package arm=FOLDER" in note
+    other = tmp_path / "elsewhere"
+    other.mkdir()
+    (other / "model.sdf").write_text(model(link("b")))
+    for packages, links in (({"arm": other}, 1), ({"other": other}, 0)):
+        notes = load_description(file, packages=packages).notes
+        assert sum("not joined" in note for note in notes) == links
+
+
 def test_sensors_and_plugins_are_kept_where_the_link_is() -> None:
     """The wheel's frame moves to its joint; the sensor stays where it was."""
     sensor = '<sensor name="eye" type="camera"><pose>0.1 0 0 0 0 0</pose></sensor>'

@@ -180,11 +180,11 @@ class ModelReader:
         if found is None or len(parts) < 2:
             return found
         folder = found.parent
-        given = {Path(place) for place in (self.resolver.packages or {}).values()} if scheme else set()
+        place = (self.resolver.packages or {}).get(parts[0]) if scheme else None
         same = [part.casefold() for part in folder.parts[-len(parts) + 1 :]] == [
             part.casefold() for part in parts[:-1]
         ]
-        return found if same or any(folder.is_relative_to(place) for place in given) else None
+        return found if same or (place is not None and folder.is_relative_to(place)) else None
 
 
 def _too_many(element: ET.Element) -> DescriptionError:
