@@ -13,11 +13,11 @@ import pytest
 
 pytest.importorskip("pxr")
 
-from pxr import Usd, UsdPhysics  # type: ignore[import-not-found]
+from pxr import Usd, UsdGeom, UsdPhysics  # type: ignore[import-not-found]
 
 from roboyard.assets import assets_root
 from roboyard.audit import audit_urdf
-from roboyard.description import Box, Mesh, RobotDescription, load_description, write_urdf
+from roboyard.description import Box, Mesh, Plane, RobotDescription, load_description, write_urdf
 from roboyard.description.geometry import geometry_mesh
 from roboyard.description.robot_model import RobotModel
 from roboyard.description.semantic import SemanticDescription
@@ -374,6 +374,31 @@ def test_urdf_to_usd_and_back_keeps_the_robot(tmp_path: Path, name: str) -> None
             assert same.limit is not None
             assert same.limit.effort == pytest.approx(each.limit.effort, rel=1e-6)
             assert same.limit.velocity == pytest.approx(each.limit.velocity, rel=1e-6)
+
+
+@pytest.mark.parametrize("normal", ["0 0 1", "0 -1 0", "0.6 0 0.8"])
+def test_a_plane_is_a_plane_to_openusd_and_comes_back(tmp_path: Path, normal: str) -> None:
+    before = load_description(f"""<robot name="floor"><link name="floor">
+        <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+        <collision><origin xyz="0 0 0.5" rpy="0.3 0 1"/><geometry><plane normal="{normal}"/></geometry>
+        </collision></link></robot>""")
+    robot = RobotModel(name="floor", description=before, semantic=SemanticDescription(base_link="floor"))
+    file = tmp_path / "floor.usda"
+    usd.write(robot, file)
+    opened = Usd.Stage.Open(str(file))
+    (prim,) = [each for each in opened.Traverse() if each.IsA(UsdGeom.Plane)]
+    assert prim.HasAPI(UsdPhysics.CollisionAPI)
+    turn = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim)).T[:3, :3]
+    drawn = turn[:, "XYZ".index(UsdGeom.Plane(prim).GetAxisAttr().Get())]
+    shapes = [each.root.collisions[0] for each in (before, load_description(file))]
+    first, second = (
+        shape.origin.matrix()[:3, :3] @ np.array(shape.geometry.normal)
+        for shape in shapes
+        if isinstance(shape.geometry, Plane)
+    )
+    np.testing.assert_allclose(second, first, atol=1e-9)
+    np.testing.assert_allclose(drawn, first, atol=1e-9)
+    np.testing.assert_allclose(shapes[1].origin.position, (0, 0, 0.5), atol=1e-9)
 
 
 def _parsed_joints(file: Path) -> dict[str, Any]:

@@ -24,7 +24,11 @@ from roboyard.export.names import free_name, identifier
 from roboyard.export.usd.library import Gf, Sdf, Usd, UsdGeom, Vt
 from roboyard.export.usd.values import place
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.transforms import quaternion_from_axis_angle
+from roboyard.transforms import (
+    matrix_from_quaternion,
+    quaternion_from_axis_angle,
+    quaternion_from_matrix,
+)
 
 SUBSET_FAMILY = "materialBind"
 MAX_SUBSETS = 64
@@ -91,7 +95,7 @@ def add_shape(
 ) -> Placed | None:
     """Define one shape; None for a geometry that a stage cannot hold."""
     stage = masters.stage
-    scale = (1.0, 1.0, 1.0)
+    scale, quaternion = (1.0, 1.0, 1.0), np.asarray(origin.quaternion)
     mesh = None
     match geometry:
         case Box(size=size):
@@ -121,13 +125,19 @@ def add_shape(
             master = masters.master(mesh, key, scope, link, path.rpartition("/")[2], colored=colored)
             shape = UsdGeom.Mesh.Define(stage, path)
             shape.GetPrim().GetReferences().AddInternalReference(Sdf.Path(master))
-        case Plane() | Heightfield():
+        case Plane(normal=normal):
+            shape = UsdGeom.Plane.Define(stage, path)
+            token, turn = frame_to(normal)
+            shape.CreateAxisAttr(token)
+            turned = matrix_from_quaternion(origin.quaternion) @ matrix_from_quaternion(turn)
+            quaternion = quaternion_from_matrix(turned)
+        case Heightfield():
             return None
     prim = shape.GetPrim()
     if mesh is None:
         extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), Usd.TimeCode.Default())
         shape.CreateExtentAttr(extent)
-    place(prim, origin.position, origin.quaternion, scale)
+    place(prim, origin.position, quaternion, scale)
     return Placed(prim=prim, mesh=mesh)
 
 
