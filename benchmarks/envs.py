@@ -4,11 +4,13 @@
 
 The rows take turns in short slices of CPU time, so that all see the same load of the machine; a rate is that
 of all slices together. The task is Reach with the bundled arm, 8 time steps an action. "raw" is
-`mujoco.batch` on the same model, fed with the drives' inputs of such a run, for joints and for the tip apart:
-random motions of a tip bring joints to their limits, where MuJoCo's steps take longer. "Robot" is one world
-with a robot's own controllers for each environment. Ray's two actors and PyBullet (where it is installed: the
-same arm in two processes of Gymnasium's AsyncVectorEnv) are counted with the CPU time of their processes and
-of ours. Ray is compared with a batch on two threads, since it, too, uses two cores at once.
+`mujoco.batch` on the same model, fed with the drives' inputs of such a run, apart for each kind of actions:
+"joints" and "pose" (position and orientation of the end effector) move all joints; "tip" (position alone)
+leaves the last one at rest, held by its friction, where MuJoCo's solver needs twice as many iterations.
+"Robot" is one world with a robot's own controllers for each environment. Ray's two actors and PyBullet (where
+it is installed: the same arm in two processes of Gymnasium's AsyncVectorEnv) are counted with the CPU time of
+their processes and of ours. Ray is compared with a batch on two threads, since it, too, uses two cores at
+once.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from roboyard.assets import asset_path
 from roboyard.envs import make_vec
 
 SUBSTEPS, EPISODE = 8, 59
+CONTROLS = ("joints", "tip", "pose")
 ROBOTS = 4
 """Worlds with a robot each."""
 
@@ -46,7 +49,7 @@ def main() -> None:
     given = parser.parse_args()
     rows: dict[str, Row] = {}
     for count in (1, 16, 256, 1024):
-        for control in ("joints", "tip"):
+        for control in CONTROLS:
             rows[f"raw mujoco.batch, {control}, {count}"] = Row(raw(count, control, given.threads), count)
             rows[f"batch, {control}, {count}"] = Row(batch(count, control, given.threads), count)
     for control in ("joints", "tip"):
@@ -72,14 +75,14 @@ def main() -> None:
     for name, value in rates.items():
         base = rates.get(f"raw {name}".replace("raw batch", "raw mujoco.batch"))
         print(f"{name:<28}{value:>16.0f}" + (f"{value / base:>9.2f}" if base else ""))
-    for count in (256, 1024):
-        joints, tip = rates[f"batch, joints, {count}"], rates[f"batch, tip, {count}"]
-        motions = rates[f"raw mujoco.batch, tip, {count}"] / rates[f"raw mujoco.batch, joints, {count}"]
+    for count, control in itertools.product((256, 1024), ("tip", "pose")):
+        share = rates[f"batch, {control}, {count}"] / rates[f"batch, joints, {count}"]
+        motions = rates[f"raw mujoco.batch, {control}, {count}"] / rates[f"raw mujoco.batch, joints, {count}"]
         print(
-            f"tip of joints at {count}: {tip / joints:.2f}, of which {motions:.2f} are MuJoCo's steps of ",
+            f"{control} of joints at {count}: {share:.3f}, of which {motions:.3f} are MuJoCo's steps of ",
             end="",
         )
-        print(f"other motions; at equal motions {tip / joints / motions:.2f}")
+        print(f"other motions; at equal motions {share / motions:.3f}")
     joints, tip = rates["batch, joints, 256"], rates["batch, tip, 256"]
     print(f"joints of Robot: {joints / rates['Robot, joints']:.1f}; tip: {tip / rates['Robot, tip']:.1f}")
     for count in (256, 1024):

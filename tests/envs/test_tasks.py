@@ -9,7 +9,7 @@ import pytest
 
 import roboyard.envs as envs
 from roboyard.errors import ConfigError
-from roboyard.transforms import rotate
+from roboyard.transforms import conjugate, multiply, rotate
 
 
 @pytest.mark.parametrize("task", envs.task_ids())
@@ -31,6 +31,21 @@ def test_a_tip_that_moves_straight_reaches(robot: str) -> None:
     for _ in range(80):
         observed, _, _, _, info = env.step(np.clip(observed[:, -3:] / 0.05, -1, 1))
     assert info["success"].mean() > 0.95
+
+
+def test_a_tip_turns_while_it_moves() -> None:
+    env = envs.make_vec("roboyard/Reach-v0", 4, control="pose", limit=100)
+    env.reset(seed=0)
+    tip = env.runner.env.robot.tip()
+    place, pose = tip.position.copy(), tip.quaternion.copy()
+    command = np.tile([0.0, 0.0, 0.5, 0.0, 0.0, 0.5], (4, 1))  # 2.5 cm upwards, 0.1 rad about the vertical
+    env.step(command)
+    for _ in range(40):
+        env.step(np.zeros((4, 6)))
+    np.testing.assert_allclose(tip.position - place, np.tile([0, 0, 0.025], (4, 1)), atol=1e-3)
+    turned = multiply(tip.quaternion, conjugate(pose))
+    wanted = np.tile([0.0, 0.0, np.sin(0.05), np.cos(0.05)], (4, 1))
+    np.testing.assert_allclose(turned * np.sign(turned[:, 3:]), wanted, atol=2e-3)
 
 
 def test_a_cube_is_picked_and_carried() -> None:

@@ -51,7 +51,7 @@ def open_drawer(
     Args:
         robot: registered or bundled name, or a file, of a robot with an arm.
         arm: its name; the first by default.
-        control: "tip" or "joints".
+        control: "tip", "pose" or "joints".
         limit: control steps of an episode.
         randomize: what differs from episode to episode.
     """

@@ -36,7 +36,7 @@ def pick_and_place(
     Args:
         robot: registered or bundled name, or a file, of a robot with a gripper.
         arm: its name; the first by default.
-        control: "tip" or "joints".
+        control: "tip", "pose" or "joints".
         limit: control steps of an episode.
         near: distance within which the cube is at its goal (m).
         randomize: what differs from episode to episode.

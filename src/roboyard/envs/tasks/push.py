@@ -35,7 +35,7 @@ def push(
     Args:
         robot: registered or bundled name, or a file, of a robot with an arm.
         arm: its name; the first by default.
-        control: "tip" or "joints".
+        control: "tip", "pose" or "joints".
         limit: control steps of an episode.
         near: distance within which the box is at its spot (m).
         randomize: what differs from episode to episode.

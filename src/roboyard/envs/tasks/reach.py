@@ -35,7 +35,8 @@ def reach(
     Args:
         robot: registered or bundled name, or a file.
         arm: its name; the first by default.
-        control: "joints" for changes of joint positions, "tip" for changes of the end effector's position.
+        control: "joints" for changes of joint positions, "tip" for changes of the end effector's position,
+            "pose" for changes of its position and orientation.
         limit: control steps of an episode.
         near: distance within which the goal is reached (m).
         spread: part of each joint's range, around the start posture, in which goals are reached.
@@ -72,11 +73,11 @@ def reach(
             "state": {"to_goal": to_goal},
         },
         rewards={
-            "near": lambda env: np.exp(-distance(env) / 0.05),
-            "far": Reward(function=distance, weight=-1.0),
+            "near": lambda env: np.exp(-env.once(distance) / 0.05),
+            "far": Reward(function=lambda env: env.once(distance), weight=-1.0),
             "effort": Reward(function=lambda env: (env.action**2).sum(axis=1), weight=-0.005),
         },
-        success=lambda env: distance(env) < near,
+        success=lambda env: env.once(distance) < near,
         reset=[choose_goal],
         randomize=randomize,
         limit=limit,

@@ -43,21 +43,27 @@ def arm_name(robot: Robot, arm: str = "default") -> str:
 def arm_actions(
     robot: Robot, arm: str, control: str, *, gripper: bool = False, holds: bool = True
 ) -> Mapping[str, Action]:
-    """Return the actions of an arm: "joints" changes joint positions, "tip" the pose of the end effector.
+    """Return the actions of an arm.
+
+    "joints" changes joint positions, "tip" the end effector's position, "pose" its position and orientation.
 
     Args:
         robot: with the arm.
         arm: its name.
-        control: "joints" or "tip".
+        control: "joints", "tip" or "pose".
         gripper: whether the gripper opens and closes, if there is one.
         holds: whether the end effector keeps its orientation, with "tip".
 
     Raises:
         ConfigError: `control` is something else.
     """
-    kinds: dict[str, Action] = {"joints": JointDelta(0.1), "tip": TipDelta(0.05, keeps_orientation=holds)}
+    kinds: dict[str, Action] = {
+        "joints": JointDelta(0.1),
+        "tip": TipDelta(0.05, keeps_orientation=holds),
+        "pose": TipDelta(0.05, turn=0.2),
+    }
     if control not in kinds:
-        raise ConfigError(f"control must be 'joints' or 'tip', got {control!r}")
+        raise ConfigError(f"control must be 'joints', 'tip' or 'pose', got {control!r}")
     found: dict[str, Action] = {f"arm_{arm}": kinds[control]}
     if gripper and f"gripper_{arm}" in robot.groups:
         found[f"gripper_{arm}"] = GripperOpening()
