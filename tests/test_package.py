@@ -117,11 +117,12 @@ def _tracked_text_files() -> list[Path]:
 
 def test_no_file_names_a_place_on_somebodys_machine() -> None:
     personal = re.compile(r"(?<![\w.])/(home|Users|work|root)/\w+|[A-Z]:\\\\Users")
+    parts = ("/home/", "/Users/", "/work/", "/root/", "\\\\Users")  # plain texts are found much sooner
     found = []
     for path in _tracked_text_files():
-        for number, line in enumerate(
-            path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1
-        ):
+        text = path.read_text(encoding="utf-8", errors="replace")
+        lines = text.splitlines() if any(part in text for part in parts) else []
+        for number, line in enumerate(lines, start=1):
             if path != Path(__file__).resolve() and personal.search(line):
                 found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()[:80]}")
     assert found == []

@@ -20,10 +20,13 @@ HINT = re.compile(rf"`?roboyard ((?:{'|'.join(cli.COMMANDS)})\b[^`\n;:,]*)")
 
 
 def texts(file: Path) -> Iterator[str]:
-    """Yield the text constants of a file; what an f-string inserts becomes VALUE."""
-    tree = ast.parse(file.read_text(encoding="utf-8"))
-    within = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in node.values}
-    for node in ast.walk(tree):
+    """Yield the text constants of a file that may have hints; what an f-string inserts becomes VALUE."""
+    source = file.read_text(encoding="utf-8")
+    if "roboyard " not in source:  # parsing the whole package takes seconds
+        return
+    nodes = list(ast.walk(ast.parse(source)))
+    within = {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in node.values}
+    for node in nodes:
         if isinstance(node, ast.JoinedStr):
             parts = (str(v.value) if isinstance(v, ast.Constant) else "VALUE" for v in node.values)
             yield "".join(parts)
@@ -31,6 +34,7 @@ def texts(file: Path) -> Iterator[str]:
             yield node.value
 
 
+@cache
 def hints() -> list[tuple[str, str]]:
     """Return file and command line of every hint."""
     found = []
