@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from roboyard.description import RobotDescription, load_description
+from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import Joint, Limit
 from roboyard.description.robot_model import CollisionSphere, RobotModel
 from roboyard.description.semantic import SemanticDescription
@@ -30,6 +31,7 @@ from roboyard.importer.planning.self_collision import (
 from roboyard.importer.planning.sphere_pairs import SphereSets
 from roboyard.importer.steps.planning import add_planning_data
 from roboyard.kinematics.description_poses import forward_kinematics
+from roboyard.shapes.spheres.fit import fit_spheres
 from roboyard.sim import World
 
 LIMITS = '<limit lower="{}" upper="{}" effort="5" velocity="1"/>'
@@ -365,6 +367,18 @@ def test_equal_shapes_elsewhere_get_the_same_spheres_moved(tmp_path: Path) -> No
     first, second = (np.array([(*s.center, s.radius) for s in found[name]]) for name in "ab")
     assert second == pytest.approx(first + np.array([1.5, 0, 0, 0]), abs=2e-5)
     assert here.log.facts["spheres"]["b"]["cached"] is True
+
+
+def test_links_fitted_side_by_side_have_the_spheres_of_a_fit_alone(tmp_path: Path) -> None:
+    text = '<collision><geometry><box size="{} 0.2 0.1"/></geometry></collision>'
+    boxes = {f"l{k}": shapes(text.format(0.2 + 0.05 * k)) for k in range(5)}
+    here = context(tmp_path, '<robot name="r"><link name="a"/></robot>')
+    found = fit_links(boxes, here, preset="balanced")
+    assert list(found) == list(here.log.facts["spheres"]) == list(boxes)
+    for name, box in boxes.items():
+        alone = fit_spheres(shape_meshes(box), preset="balanced")
+        assert np.array([s.center for s in found[name]]) == pytest.approx(alone.centers, abs=1e-5)
+        assert np.array([s.radius for s in found[name]]) == pytest.approx(alone.radii, abs=2e-5)
 
 
 def test_shapes_that_are_spheres_are_kept_exactly(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import base64
 import io
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
@@ -28,7 +29,7 @@ from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.context import ImportContext
 from roboyard.importer.import_log import ImportLog
 from roboyard.importer.report.links import MAX_LINKS_PICTURED
-from roboyard.importer.report.page import import_page, write_import_page
+from roboyard.importer.report.page import import_page, robot_sections, write_import_page
 from roboyard.importer.report.pictures import KINDS, view_of_robot
 from roboyard.validation.report import Curve, Gate, ValidationReport
 
@@ -260,6 +261,13 @@ def test_the_file_lies_in_the_package(tmp_path):
     robot = robot_of(["base", "tip"])
     write_import_page(robot, context)
     assert (tmp_path / "import_report.html").read_text(encoding="utf-8") == import_page(robot, {}, ())
+
+
+def test_sections_made_in_a_thread_give_the_same_page():
+    robot = robot_of(["base", "tip"])
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        sections = pool.submit(robot_sections, robot, {}, None).result()
+    assert import_page(robot, {}, (), sections=sections) == import_page(robot, {}, ())
 
 
 def test_findings_of_one_kind_are_merged():

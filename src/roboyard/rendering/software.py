@@ -149,7 +149,7 @@ def draw(
         samples: colour samples of a pixel, 1 or 4.
         colors: (shapes, 3) RGB in place of those of the shapes.
     """
-    announce(raster.draw_meshes, sample_textures, shade.shade)
+    announce(raster.draw_meshes, shade.shade)
     arrays = scene_arrays(scene)
     if colors is not None:
         arrays = recolored(arrays, colors)
@@ -233,6 +233,7 @@ def _color(
 
     def paint(codes: NDArray[np.int64], near: NDArray[np.float32], final: bool) -> None:
         if textured:
+            announce(sample_textures)
             sample_textures(
                 codes, near, width, height, frame.perspective, frame.origins, frame.directions,
                 frame.to_world, to_local, arrays.links, arrays.faces, arrays.vertices, arrays.uv,

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roboyard._records import dataclass
+from roboyard.shapes.mesh import bounding_box
 
 Array = NDArray[np.float64]
 
@@ -217,7 +218,7 @@ def convex_hull(points: Array) -> tuple[Array, NDArray] | None:
     """
     from scipy.spatial import ConvexHull, QhullError
 
-    lower, upper = points.min(axis=0), points.max(axis=0)
+    lower, upper = bounding_box(points)
     size = float((upper - lower).max())
     if len(points) < 4 or not size > 0:
         return None

@@ -27,7 +27,7 @@ from roboyard.shapes.inertia import (
     is_closed,
     volume_integrals,
 )
-from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh import TriangleMesh, bounding_box
 from roboyard.shapes.readers.references import names_in
 from roboyard.untrusted.arrays import ArraysError, read_arrays
 
@@ -150,7 +150,7 @@ def stats_of(triangles: TriangleMesh, content: str = "") -> MeshStats:
         vertices=len(points),
         is_finite=True,
         is_closed=closed,
-        bounds=np.stack([points.min(axis=0), points.max(axis=0)]),
+        bounds=bounding_box(points),
         volume=volume,
         hull_volume=hull_volume,
         hull=_thinned(points if hull is None else hull[0]),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 
@@ -19,6 +20,8 @@ VERSION = 3
 """Cache version: increase it when the same shapes give other spheres than before."""
 SMALLEST = 1e-6
 """Extent below which a shape is ignored as a point (m)."""
+WORKERS = 2
+"""Most links fitted at a time."""
 FIGURES = ("coverage", "surface_coverage", "protrusion", "excess", "gap_mm")
 
 
@@ -34,27 +37,26 @@ def fit_links(
     """
     found: dict[str, tuple[CollisionSphere, ...]] = {}
     facts: dict[str, object] = {}
-    known: dict[str, dict[str, Array]] = {}
-    with_shapes = [name for name, shapes in solids.items() if shapes]
-    for done, name in enumerate(with_shapes):
-        context.log.report_progress(done / len(with_shapes), name)
-        exact = _exact_spheres(solids[name])
-        if exact is not None:
+    given: dict[str, list[TriangleMesh]] = {}
+    for name, shapes in solids.items():
+        exact = _exact_spheres(shapes) if shapes else ()
+        if exact is None:
+            meshes = [mesh for mesh in shape_meshes(shapes) if _extent([mesh]) > SMALLEST]
+            if meshes:
+                given[name] = meshes
+        elif exact:
             found[name] = exact
             facts[name] = {"spheres": len(exact), "exact": True}
-            continue
-        meshes = [mesh for mesh in shape_meshes(solids[name]) if _extent([mesh]) > SMALLEST]
-        if not meshes:
-            continue
-        arrays, cached = _fitted(meshes, preset, known)
+    for name, (arrays, cached) in zip(given, _all_fitted(given, preset, context), strict=True):
         found[name] = _spheres(arrays["centers"], arrays["radii"])
         facts[name] = {
             "spheres": len(found[name]),
             "cached": cached,
             **{key: round(float(arrays[key]), 4) for key in FIGURES},
         }
-    context.log.facts["spheres"] = facts
-    return found
+    order = [name for name in solids if name in found]
+    context.log.facts["spheres"] = {name: facts[name] for name in order}
+    return {name: found[name] for name in order}
 
 
 def _exact_spheres(shapes: Sequence[Collision]) -> tuple[CollisionSphere, ...] | None:
@@ -67,26 +69,50 @@ def _exact_spheres(shapes: Sequence[Collision]) -> tuple[CollisionSphere, ...] |
     return tuple(made)
 
 
+def _all_fitted(
+    given: Mapping[str, list[TriangleMesh]], preset: str, context: ImportContext
+) -> Iterator[tuple[dict[str, Array], bool]]:
+    """Yield the fit of each link's meshes, and whether it was known; equal shapes are fitted once.
+
+    The loops of a fit hold no lock of Python's, so that threads fit on several cores.
+    """
+    keys: list[str] = []
+    origins: list[Array] = []
+    for meshes in given.values():
+        origin = np.min([mesh.bounds[0] for mesh in meshes], axis=0)
+        parts: list[object] = [preset, VERSION]
+        for mesh in meshes:
+            parts += [np.round(mesh.vertices - origin, 9) + 0.0, mesh.faces]
+        keys.append(content_key(*parts))
+        origins.append(origin)
+    with ThreadPoolExecutor(max_workers=WORKERS, thread_name_prefix="spheres") as pool:
+        tasks: dict[str, Future[tuple[dict[str, Array], bool]]] = {}
+        try:
+            for key, origin, meshes in zip(keys, origins, given.values(), strict=True):
+                if key not in tasks:
+                    tasks[key] = pool.submit(_fitted, meshes, origin, key, preset)
+            seen: set[str] = set()
+            for done, (name, key, origin) in enumerate(zip(given, keys, origins, strict=True)):
+                context.log.report_progress(done / len(given), name)
+                arrays, cached = tasks[key].result()
+                yield {**arrays, "centers": arrays["centers"] + origin}, cached or key in seen
+                seen.add(key)
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
 def _fitted(
-    meshes: list[TriangleMesh], preset: str, known: dict[str, dict[str, Array]]
+    meshes: list[TriangleMesh], origin: Array, key: str, preset: str
 ) -> tuple[dict[str, Array], bool]:
-    origin = np.min([mesh.bounds[0] for mesh in meshes], axis=0)
-    parts: list[object] = [preset, VERSION]
-    for mesh in meshes:
-        parts += [np.round(mesh.vertices - origin, 9) + 0.0, mesh.faces]
-    key = content_key(*parts)
-    cached = key in known
-    arrays = known.get(key)
-    if arrays is None:
-        arrays = load_arrays("spheres", key)
-        cached = arrays is not None
-    if arrays is None:
-        fit = fit_spheres(meshes, preset=preset)  # type: ignore[arg-type]
-        arrays = {"centers": fit.centers - origin, "radii": fit.radii}
-        arrays |= {name: np.asarray(float(getattr(fit, name))) for name in FIGURES}
-        store_arrays("spheres", key, arrays)
-    known[key] = arrays
-    return {**arrays, "centers": arrays["centers"] + origin}, cached
+    """Return a fit with its centres from `origin`, and whether it was stored."""
+    arrays = load_arrays("spheres", key)
+    if arrays is not None:
+        return arrays, True
+    fit = fit_spheres(meshes, preset=preset)  # type: ignore[arg-type]
+    arrays = {"centers": fit.centers - origin, "radii": fit.radii}
+    arrays |= {name: np.asarray(float(getattr(fit, name))) for name in FIGURES}
+    store_arrays("spheres", key, arrays)
+    return arrays, False
 
 
 def _spheres(centers: Array, radii: Array) -> tuple[CollisionSphere, ...]:

@@ -108,7 +108,7 @@ class PairCounts:
         )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _placed(positions, rotations, spheres, start, around):
     """Return the (s, 4) spheres and (links, 4) bounding spheres of one posture in the root's frame (m)."""
     world, rough = np.empty_like(spheres), np.empty_like(around)
@@ -130,14 +130,14 @@ def _placed(positions, rotations, spheres, start, around):
     return world, rough
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _apart(a, b):
     """Return the distance between the surfaces of two spheres (m)."""
     x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
     return np.sqrt(x * x + y * y + z * z) - a[3] - b[3]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _gap(world, start, rough, i, j, reach, enough):
     """Return the smallest distance between spheres of links i and j, exact below `reach`; stops below
     `enough`.
@@ -157,7 +157,7 @@ def _gap(world, start, rough, i, j, reach, enough):
     return least
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def count_pairs(positions, rotations, spheres, start, around, pairs, margin, patience, missed, near):
     """See `PairCounts.add`; `missed` and `near` are updated in place."""
     for posture in range(positions.shape[0]):

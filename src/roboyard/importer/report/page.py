@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -66,8 +67,32 @@ iframe.moving{width:100%;height:34rem;border:1px solid var(--line);border-radius
 """
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RobotSections:
+    """The page's sections with pictures, which do not depend on how the robot fares in simulation."""
+
+    parts: list[str]
+    sides: list[str]
+    """The vendor's robot beside the imported one."""
+    moving: list[str]
+    links: list[str]
+
+
+def robot_sections(robot: RobotModel, facts: Mapping[str, Any], source: UrdfElements | None) -> RobotSections:
+    """Return the sections with pictures; the arguments are those of `import_page`."""
+    return RobotSections(
+        parts=parts_section(robot),
+        sides=_before_and_after(robot, source),
+        moving=_moving(robot),
+        links=link_rows(robot, facts),
+    )
+
+
 def write_import_page(
-    robot: RobotModel, context: ImportContext, validation: ValidationReport | None = None
+    robot: RobotModel,
+    context: ImportContext,
+    validation: ValidationReport | None = None,
+    sections: RobotSections | None = None,
 ) -> None:
     """Write the report beside the other files of the package."""
     text = import_page(
@@ -76,6 +101,7 @@ def write_import_page(
         context.log.warnings,
         validation,
         source=context.source,
+        sections=sections,
     )
     (context.build / "import_report.html").write_text(
         context.portable(text), encoding="utf-8", errors="backslashreplace"
@@ -89,6 +115,7 @@ def import_page(
     validation: ValidationReport | None = None,
     *,
     source: UrdfElements | None = None,
+    sections: RobotSections | None = None,
 ) -> str:
     """Return the page as HTML; every name in it is escaped.
 
@@ -98,19 +125,21 @@ def import_page(
         warnings: the log's decisions that the user should check.
         validation: results of the gates, where they ran.
         source: elements of the vendor's file, for its pictures.
+        sections: the sections with pictures where they were made before.
     """
+    shown = sections or robot_sections(robot, facts, source)
     body = [
         f"<h1>{escape(robot.name)}</h1>",
         _badges(facts, warnings, validation),
         _cards(robot, facts),
-        *parts_section(robot),
-        *_before_and_after(robot, source),
-        *_moving(robot),
+        *shown.parts,
+        *shown.sides,
+        *shown.moving,
         *_warnings(warnings),
         *conclusion_table(facts),
         *_gates(validation),
         *_findings(facts),
-        *link_rows(robot, facts),
+        *shown.links,
         *_files(facts),
     ]
     return page(f"Import of {robot.name}", body, _STYLE)

@@ -218,7 +218,7 @@ def _refined(cut: _Cut, points: Array, levels: tuple[Array, Indices], step: floa
     return _Cut(cut.axis, at, cut.cost)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def slice_extremes(reach, index, slices):
     """Return the points farthest in each direction among the slices up to, and from, each slice.
 
@@ -336,7 +336,7 @@ def _clip_to_box(corners: Array, lower: Array, upper: Array) -> Array:
     return clip_triangles(np.ascontiguousarray(corners[touches]), lower, upper)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def clip_triangles(corners, lower, upper):
     """Return (q, 3) corners of (m, 3, 3) triangles clipped to a box; Sutherland and Hodgman (1974)."""
     room = 64

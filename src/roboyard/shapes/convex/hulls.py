@@ -132,7 +132,7 @@ def measure_hulls(hulls: Sequence[TriangleMesh], grid: VoxelGrid) -> HullFit:
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def mark_convex(planes, begin, end, mask):
     """Set in `mask` the voxels of [begin, end) with centres behind all (p, 4) planes (voxel units)."""
     for i in range(begin[0], end[0]):
@@ -151,7 +151,7 @@ def mark_convex(planes, begin, end, mask):
                 mask[i, j, k] = inside
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def farthest_along(points, directions):
     """Return (d,) indices of the (n, 3) points farthest along each of (d, 3) directions."""
     out = np.zeros(directions.shape[0], np.int64)

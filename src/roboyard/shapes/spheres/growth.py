@@ -25,7 +25,7 @@ def enclose_surface(
     grow_to_enclose(np.ascontiguousarray(corners), centers, radii, slack, finest)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def grow_to_cover(points, centers, radii, slack):
     """Grow (n,) `radii`, worst point first, until (p, 3) points are at most `slack` outside the union."""
     n = radii.shape[0]
@@ -62,7 +62,7 @@ def grow_to_cover(points, centers, radii, slack):
                 gap[p], who[p] = d, s
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def grow_to_enclose(corners, centers, radii, slack, finest):
     """Grow (n,) `radii` until no point of any triangle can be more than `slack` outside the union.
 

@@ -10,7 +10,7 @@ from roboyard._numba import njit
 from roboyard.shapes.voxels.kernels import sample_field
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, fastmath=True, nogil=True)
 def nearest_sphere(px, py, pz, x, index, gap):
     """Signed distance (negative inside) from each point to the union of spheres, and the nearest sphere.
 
@@ -34,7 +34,7 @@ def nearest_sphere(px, py, pz, x, index, gap):
             index[p] = who if nearer else index[p]
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True, fastmath=True, nogil=True)
 def volume_cost(x, px, py, pz, weight, tau, tail, index, gap, grad):
     """Weighted volume on the wrong side of the spheres' surface, with its gradient.
 
@@ -70,7 +70,7 @@ def volume_cost(x, px, py, pz, weight, tau, tail, index, gap, grad):
     return cost
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def surface_cost(x, sdf, unit, directions, tau, price, grad):
     """`price` times the share of the spheres' surface outside the solid; adds its gradient to `grad`.
 
@@ -124,7 +124,7 @@ def surface_cost(x, sdf, unit, directions, tau, price, grad):
     return price * out / area
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def descend(x, px, py, pz, weight, tau, tail, floor, ceiling, rounds, sdf, unit, directions, price):
     """Lower `volume_cost` + `surface_cost` from `x` in place, radii in `floor`..`ceiling`; returns the sum.
 
@@ -191,7 +191,7 @@ def descend(x, px, py, pz, weight, tau, tail, floor, ceiling, rounds, sdf, unit,
     return cost
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def spread_seeds(points, centers):
     """Fill `centers` with points far from each other, starting with the farthest from the first point."""
     far = np.full(points.shape[0], 1e30)
@@ -211,7 +211,7 @@ def spread_seeds(points, centers):
             centers[s + 1] = points[at]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def cluster(points, centers, rounds, label, spread):
     """Lloyd's k-means from `centers`, in place.
 

@@ -40,7 +40,7 @@ class SphereMetrics:
     """Volume of the spheres' union outside the solid / volume of the solid."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def winding_numbers(vertices, faces, points):
     """Return the (n,) winding numbers of (n, 3) points: 1 inside, 0 outside, between for open meshes.
 

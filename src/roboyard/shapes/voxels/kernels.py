@@ -19,7 +19,7 @@ def _left_of(au, av, bu, bv, pu, pv):
     return not ((au - bu) * (pv - bv) - (av - bv) * (pu - bu) >= 0.0)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def count_crossings(vertices, faces, axis, shape, signed, unsigned):
     """Record where rays through voxel centres along `axis` cross the triangles.
 
@@ -59,7 +59,7 @@ def count_crossings(vertices, faces, axis, shape, signed, unsigned):
                 unsigned[i, j, k] += 1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def closed_share(signed, unsigned):
     """Numbers of rays that hit the mesh, of those closed by direction, and of those closed by parity."""
     hit, by_sign, by_parity = 0, 0, 0
@@ -76,7 +76,7 @@ def closed_share(signed, unsigned):
     return hit, by_sign, by_parity
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def vote(signed, unsigned, axis, use_parity, inside, trusted):
     """Add one axis's votes (inside or not) for every voxel on a closed ray."""
     nw = signed.shape[2] - 1
@@ -137,7 +137,7 @@ def closest_on_triangle(a, b, c, p, out):
     out[2] = a[2] + s * ab2 + t * ac2
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def mark_surface(vertices, faces, best, point):
     """Mark voxels that triangles pass through, each with the surface point nearest to its centre.
 
@@ -172,7 +172,7 @@ def mark_surface(vertices, faces, best, point):
                     point[i, j, k, 0], point[i, j, k, 1], point[i, j, k, 2] = q[0], q[1], q[2]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _envelope(cost, label, n, spot, start, out_cost, out_label):
     """Lower envelope of parabolas along one line; Felzenszwalb and Huttenlocher (2012), with labels."""
     top = -1
@@ -202,7 +202,7 @@ def _envelope(cost, label, n, spot, start, out_cost, out_label):
         out_label[q] = label[p]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def nearest_seed(seeds):
     """Return the (nx, ny, nz) int32 flat index of the nearest marked voxel (-1: none)."""
     nx, ny, nz = seeds.shape
@@ -238,7 +238,7 @@ def nearest_seed(seeds):
     return label
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def signed_distance(label, point, inside, sdf):
     """Write `sdf` (voxels): distance from voxel centres to the surface point of the nearest surface voxel."""
     nx, ny, nz = label.shape
@@ -286,7 +286,7 @@ def sample_field(field, x, y, z):
     return value, gx, gy, gz
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def sample_many(field, points):
     """Return (n,) trilinear values of `field` at (n, 3) points in voxel units."""
     out = np.empty(points.shape[0])
