@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from roboyard.sim.stepping import impulse_kernels as kernels
+from roboyard.sim.stepping.impulse_records import LINES
 
 
 def problem(seed: int) -> dict[str, np.ndarray]:
@@ -27,7 +28,7 @@ def problem(seed: int) -> dict[str, np.ndarray]:
             if tree >= 0:
                 here = slice(tree_dof[tree], tree_dof[tree] + tree_dofs[tree])
                 jacobian[n, here] = rng.normal(size=tree_dofs[tree])
-    goals = np.zeros((10, 6))
+    goals = np.zeros((10, 5))
     goals[:, 0] = rng.normal(size=10)
     goals[:4, 1], goals[:4, 2] = -0.3, 0.3
     goals[4:6, 2] = 1e10
@@ -73,12 +74,15 @@ def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, rounds: int)
     expected = reference(problem(seed), rounds)
     for by_table in (True, False):
         given = problem(seed)
-        work, change = np.zeros(10), np.zeros(10)
+        response, change = given["response"], np.zeros(10)
         if by_table:
+            across = np.zeros((10, 12))  # in whole blocks of four rows
+            across[:, :10] = response.T
+            given["response"] = across
             kernels.solve_by_table(
-                *given.values(), rounds, 0.0, work, np.zeros((10, 10)), np.zeros(10), change
+                *given.values(), rounds, 0.0, np.zeros((10, 12)), np.zeros((LINES, 12)), change
             )
         else:
-            kernels.solve_in_turn(*given.values(), rounds, 0.0, work, np.zeros(2), change)
+            kernels.solve_in_turn(*given.values(), rounds, 0.0, np.zeros(10), np.zeros(2), change)
         assert np.allclose(given["goals"][:, 3], expected, atol=1e-12)
-        assert np.allclose(change, expected @ given["response"], atol=1e-12)
+        assert np.allclose(change, expected @ response, atol=1e-12)

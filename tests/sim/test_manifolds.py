@@ -78,7 +78,7 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
     turns = [np.eye(3)] * 4
     tables = [(np.zeros(8, np.int64), np.zeros(8, np.int32), np.zeros((8, 4, 15))) for _ in range(2)]
     source, extra = np.zeros(32, np.int32), np.zeros((32, 13))
-    fresh, ends = np.zeros(15), np.zeros(1, np.int32)
+    fresh, ends = np.zeros(15), np.zeros(1, np.int64)
     kept: dict = {}
     before, most = 0, 0
     for _ in range(200):

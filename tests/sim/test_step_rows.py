@@ -65,7 +65,7 @@ def test_addresses_outside_the_block_are_refused() -> None:
 
     def search(words: np.ndarray, size: int = 1000, contacts: int = 1, rows: int = 5) -> int:
         counts = np.array([contacts, 0, 0, 0, rows], np.int32)
-        return step_row_kernels.find_rows(words, places, counts, 1000, size, 600, 2, starts)
+        return step_row_kernels.find_rows(words, places, counts, starts, 1000, size, 600, 2)
 
     assert search(good) == 1
     assert starts.tolist() == [0, 20, *(10 * k for k in range(2, 10))]

@@ -276,8 +276,7 @@ class PhysicsScene:
         self.world.timestep = p.time_step / max(1, p.sub_steps)
         solver, profile = self.world.stepping.in_turn, self.world.profile
         if profile.motor_rounds:
-            solver.rounds = max(p.iterations, 1)
-            solver.residual = p.others.get(RESIDUAL, profile.motor_residual)
+            solver.set_rounds(max(p.iterations, 1), p.others.get(RESIDUAL, profile.motor_residual))
         slow = p.restitution_velocity_threshold
         erp, contact_erp = p.others.get(ERP, BULLET.erp), p.others.get(CONTACT_ERP, BULLET.contact_erp)
         if (profile.slow, profile.erp, profile.contact_erp) != (slow, erp, contact_erp):

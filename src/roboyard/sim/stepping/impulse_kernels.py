@@ -5,132 +5,319 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.native import compiled
+from roboyard.sim.stepping.impulse_records import (
+    BLOCK,
+    CONTACT_ERP,
+    CONTACTS_ARE_HARD,
+    DEEP,
+    DENSE,
+    ERP,
+    EXTRA,
+    HIGH,
+    IMPULSE,
+    INVERSE,
+    IS_BOUNDED,
+    IS_COMPLIANT,
+    IS_PRODUCT,
+    KEEPS_POINTS,
+    LIMITS_ARE_HARD,
+    LOW,
+    MECHANISM,
+    OWN,
+    PAIRS,
+    POINTS,
+    RESIDUAL,
+    ROUNDS,
+    SEARCH,
+    SEEN,
+    SLOW,
+    SOLVER,
+    STATE,
+    SURFACE,
+    TABLE,
+    TIMESTEP,
+    WISH,
+)  # fmt: skip
 from roboyard.sim.stepping.impulse_rows import choose_trees, contact_rows, order_rows, set_goals
-from roboyard.sim.stepping.kernels import compliant_contacts, hard_contacts, hard_limits, product_friction
-from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
+from roboyard.sim.stepping.kernels import (
+    bound_velocity,
+    compliant_contacts,
+    drag_on,
+    hard_contacts,
+    hard_limits,
+    product_friction,
+)  # fmt: skip
+from roboyard.sim.stepping.manifold_kernels import keep_points
+from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS, find_rows
+
+KEEP, ARRANGE, ASK, SOLVE = range(4)
+"""Parts of a step, in order."""
+DONE, ROOM, POINTS_ARE_NEW, OTHERS, LOST = range(5)
+"""Answers of `execute`: all is done; arrays are too short; points must be added to MuJoCo's contacts;
+its solver has rows to solve; its arrays are not where they were."""
 
 
-@compiled(
-    ROWS,
-    CONTACTS,
-    "i8 i8 i8 i8 i4[:,::1] f8[:,::1]",
-    "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] i4[::1] i4[::1] f8[:,::1] i8 u1[::1] i4[::1] i4[::1] i8",
-    "-> i8",
-)
-def arrange(  # pragma: no cover
-    rows, contacts, contact_count, motors, limit_count, count, order, jacobian, geom_tree, dof_tree,
-    joint_dof, joint_type, joint_qpos, qpos, slot, limit_slot, limits, dense, taken, places, ends, width,
-):  # fmt: skip
+@compiled(ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER, "i8 i8 i8 -> i8", fast_math=True)
+def execute(  # pragma: no cover
+    rows, contacts, search, mechanism, state, points, surface, solver, first, last, remade
+):
+    """Execute the parts `first` to `last` of a step; return what is to be done next.
+
+    KEEP: keep the points of contacts, before MuJoCo's rows are used. ARRANGE: choose the trees to solve and
+    list their rows. ASK: write what limits and contacts ask for and what forces alone lead to; these are all
+    rows. SOLVE: solve the rows, and write the solution where these are all rows. remade: 1 where the rows
+    were made again, so that their velocities are not known.
+    """
+    if search.places.shape[0] > 0:
+        is_found = find_rows(
+            search.words, search.places, search.counts, search.starts, search.address, search.size,
+            search.contact, search.degrees,
+        )  # fmt: skip
+        if is_found == 0:
+            return LOST
+    contact_count, count = search.counts[0], search.counts[4]
+    rules = solver.rules
+    if count > solver.order.shape[0] or count > surface.base.shape[0]:
+        return ROOM
+    if first <= KEEP:
+        points.notes[EXTRA] = 0
+        if contact_count == 0:
+            points.notes[PAIRS] = 0
+        elif rules[KEEPS_POINTS] > 0.0:
+            if contact_count > points.keys.shape[1]:
+                return ROOM
+            now = points.notes[TABLE]
+            following = 1 - now
+            points.notes[EXTRA] = keep_points(
+                contacts, contact_count, points.kinds, mechanism.geom_type, mechanism.geom_body, state.xpos,
+                state.xmat, surface.margins, surface.reaches, rules[SEEN], points.notes[PAIRS],
+                points.keys[now], points.counts[now], points.points[now], points.keys[following],
+                points.counts[following], points.points[following], points.fresh, points.source,
+                points.extra, points.notes,
+            )  # fmt: skip
+            points.notes[TABLE] = following
+            if points.notes[EXTRA] > 0:
+                return POINTS_ARE_NEW
+    if last <= KEEP:
+        return DONE
+    if first <= ARRANGE:
+        solver.ends[5] = -1
+        motors, limits = search.counts[2], search.counts[3]
+        has_only_these = search.counts[1] == 0 and (contact_count == 0 or rules[CONTACTS_ARE_HARD] > 0.0)
+        if rules[ROUNDS] > 0.0 and has_only_these and motors + limits > 0:
+            arrange(rows, contacts, search, mechanism, state, solver, motors + limits)
+        if solver.ends[5] != count:
+            return OTHERS
+    if last >= ASK and first <= ASK:
+        ask_of_rows(rows, contacts, search, state, surface, solver, remade)
+        accelerate(mechanism, state, surface, solver)
+    if last >= SOLVE:
+        solve(rows, contacts, search, mechanism, state, surface, solver)
+        if rules[IS_BOUNDED] > 0.0 and solver.ends[5] == count:
+            bound_velocity(state.qvel, state.qacc, rules[TIMESTEP], solver.largest)
+    return DONE
+
+
+def arrange(rows, contacts, search, mechanism, state, solver, wanted):  # pragma: no cover
     """Choose the trees to solve, list their rows and copy their Jacobian.
 
-    rows, contacts: of the step. contact_count: number of contacts. motors, limit_count, count: numbers of
-    rows of dry friction, of limits and of all. order: rows in the order of solution, written. jacobian:
-    (n, nv) of the rows listed, written; width is nv. The rest is that of `choose_trees` and `order_rows`.
-    Returns the number of rows, -1 where a row is of another kind.
+    wanted: number of rows of motors and limits. The number of rows listed becomes the sixth of `ends`, -1
+    where a row is of another kind.
     """
-    at = rows.starts
+    at, count = rows.starts, search.counts[4]
     kind, index = rows.kind[at[0] : at[0] + count], rows.ids[at[1] : at[1] + count]
-    geom, address = contacts.geom[:contact_count], contacts.address[:contact_count]
+    geom, address = contacts.geom[: search.counts[0]], contacts.address[: search.counts[0]]
     if not choose_trees(
-        kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot,
-        motors + limit_count, dense, taken,
+        kind, index, geom, address, mechanism.geom_tree, mechanism.dof_tree, mechanism.joint_dof,
+        mechanism.joint_type, mechanism.slot, mechanism.limit_slot, wanted, DENSE, solver.taken,
     ):  # fmt: skip
-        return -1
+        return
     found = order_rows(
-        kind, index, geom, address, contacts.dim, geom_tree, dof_tree, joint_dof, joint_qpos, qpos, slot,
-        limit_slot, limits, taken, motors + limit_count, places, order, ends,
+        kind, index, geom, address, contacts.dim, mechanism.geom_tree, mechanism.dof_tree,
+        mechanism.joint_dof, mechanism.joint_qpos, state.qpos, mechanism.slot, mechanism.limit_slot,
+        mechanism.limits, solver.taken, wanted, solver.places, solver.order, solver.ends,
     )  # fmt: skip
+    width = state.qvel.shape[0]
     for n in range(found):
-        start = at[2] + order[n, 0] * width
+        start = at[2] + solver.order[n, 0] * width
         for d in range(width):
-            jacobian[n, d] = rows.jacobian[start + d]
-    return found
+            solver.jacobian[n, d] = rows.jacobian[start + d]
+    solver.ends[5] = found
 
 
-@compiled(
-    ROWS,
-    CONTACTS,
-    "i8 i8 i8 i8 f8[:,:] f8[:] f8[:,:] f8[:] f8[:] f8[:] f8 f8 f8 f8 f8 i8 i8",
-)
-def ask_of_rows(  # pragma: no cover
-    rows, contacts, contact_count, motors, limit_count, count, coefficients, restitution, compliance, margins,
-    reaches, base, timestep, erp, contact_erp, deep, slow, is_product, is_compliant,
-):  # fmt: skip
+def ask_of_rows(rows, contacts, search, state, surface, solver, remade):  # pragma: no cover
     """Write what limits and contacts ask for, where no row is left to MuJoCo's solver.
 
-    Does what `hard_limits`, `product_friction`, `hard_contacts` and `compliant_contacts` do, the second and
-    the last where is_product and is_compliant are 1. contact_count, motors, limit_count, count: as of
-    `arrange`.
+    Does what `hard_limits`, `product_friction`, `hard_contacts` and `compliant_contacts` do.
     """
-    at = rows.starts
+    at, count, contact_count, rules = rows.starts, search.counts[4], search.counts[0], solver.rules
     velocity = rows.velocity[at[7] : at[7] + count]
     reference = rows.reference[at[8] : at[8] + count]
-    if limit_count > 0:
+    if remade == 1:
+        for n in range(count):
+            total = 0.0
+            for d in range(state.qvel.shape[0]):
+                total += solver.jacobian[n, d] * state.qvel[d]
+            velocity[solver.order[n, 0]] = total
+    limits = search.counts[3]
+    if limits > 0 and rules[LIMITS_ARE_HARD] > 0.0:
         kind, position = rows.kind[at[0] : at[0] + count], rows.position[at[3] : at[3] + count]
-        hard_limits(kind, position, velocity, motors, limit_count, timestep, erp, deep, reference)
+        hard_limits(
+            kind, position, velocity, search.counts[2], limits, rules[TIMESTEP], rules[ERP], rules[DEEP],
+            reference,
+        )  # fmt: skip
     if contact_count > 0:
         R, D = rows.R[at[5] : at[5] + count], rows.D[at[6] : at[6] + count]
         geom, address = contacts.geom[:contact_count], contacts.address[:contact_count]
         dim, dist, friction, mu = contacts.dim, contacts.dist, contacts.friction, contacts.mu
-        if is_product == 1:
-            product_friction(coefficients, geom, dim, address, friction, mu, R, D)
+        if rules[IS_PRODUCT] > 0.0:
+            product_friction(surface.friction, geom, dim, address, friction, mu, R, D)
         hard_contacts(
-            restitution, geom, dim, address, dist, friction, velocity, timestep, contact_erp, slow, base,
-            reference, R, D, margins, reaches, contacts.position, contacts.frame,
+            surface.restitution, geom, dim, address, dist, friction, velocity, rules[TIMESTEP],
+            rules[CONTACT_ERP], rules[SLOW], surface.base, reference, R, D, surface.margins, surface.reaches,
+            contacts.position, contacts.frame,
         )  # fmt: skip
-        if is_compliant == 1:
+        if rules[IS_COMPLIANT] > 0.0:
             compliant_contacts(
-                compliance, geom, dim, address, dist, friction, mu, timestep, contact_erp, base, reference, R,
-                D,
+                surface.compliance, geom, dim, address, dist, friction, mu, rules[TIMESTEP],
+                rules[CONTACT_ERP], surface.base, reference, R, D,
             )  # fmt: skip
 
 
-@compiled(
-    ROWS,
-    CONTACTS,
-    "i8 i8 i8 f8 i8 f8 f8[:,::1] f8[:,::1]",
-    "i4[:,::1] f8[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[::1] i4[::1] i4[::1]",
-    "i4[::1] f8[:,::1] f8[::1] f8[::1] f8[:,::1] f8[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] f8[::1]",
-    "f8[::1]",
-    fast_math=True,
-)
-def solve(  # pragma: no cover
-    rows, contacts, contact_count, count, alone, timestep, rounds, residual, jacobian, response, order, base,
-    dof_joint, joint_type, joint_qpos, motors, targets, qpos, qvel, smooth, ends, tree_dof, tree_dofs, goals,
-    mu, soft, compliance, own, influence, step, change, taken, dof_tree, qacc, constraint,
-):  # fmt: skip
-    """Write what each row asks for and solve the rows in turn; see `set_goals` and `solve_in_turn`.
+def accelerate(mechanism, state, surface, solver):  # pragma: no cover
+    """Write the forces on degrees of freedom but those of constraints, drag among them, and what they do.
 
-    rows, contacts, contact_count, count, order: as of `arrange`. alone: 1 where these are all rows; the
-    solution is written then.
+    Does what MuJoCo's `mj_fwdAcceleration` does after `add_damping`, with the forces on links summed up
+    along the trees.
     """
-    at = rows.starts
+    force, wrenches, parent = state.smooth_force, solver.wrenches, mechanism.body_parent
+    for d in range(force.shape[0]):
+        force[d] = state.passive[d] - state.bias[d] + state.applied[d] + state.actuated[d]
+    for b in range(1, parent.shape[0]):
+        c = mechanism.body_root[b]
+        fx, fy, fz, tx, ty, tz = drag_on(
+            b, c, surface.damping, mechanism.mass, mechanism.inertia, state.cvel, state.xipos, state.ximat,
+            state.subtree_com,
+        )  # fmt: skip
+        fx, fy, fz = fx + state.wrench[b, 0], fy + state.wrench[b, 1], fz + state.wrench[b, 2]
+        rx = state.xipos[b, 0] - state.subtree_com[c, 0]
+        ry = state.xipos[b, 1] - state.subtree_com[c, 1]
+        rz = state.xipos[b, 2] - state.subtree_com[c, 2]
+        wrenches[b, 0] = tx + state.wrench[b, 3] + ry * fz - rz * fy
+        wrenches[b, 1] = ty + state.wrench[b, 4] + rz * fx - rx * fz
+        wrenches[b, 2] = tz + state.wrench[b, 5] + rx * fy - ry * fx
+        wrenches[b, 3], wrenches[b, 4], wrenches[b, 5] = fx, fy, fz
+    for i in range(1, parent.shape[0]):
+        b = parent.shape[0] - i
+        if parent[b] > 0:
+            for k in range(6):
+                wrenches[parent[b], k] += wrenches[b, k]
+    for d in range(force.shape[0]):
+        b = mechanism.dof_body[d]
+        for k in range(6):
+            force[d] += state.cdof[d, k] * wrenches[b, k]
+        state.smooth[d] = force[d]
+    solve_inertia(mechanism, state, state.smooth, 0, force.shape[0])
+
+
+def solve_inertia(mechanism, state, x, start, stop):  # pragma: no cover
+    """Divide efforts (nv,) of whole trees, dofs start ... stop, by the inertia: accelerations, in place."""
+    for i in range(stop - 1, start - 1, -1):
+        if x[i] != 0.0:
+            first = mechanism.factor_start[i]
+            for a in range(first, first + mechanism.factor_count[i] - 1):
+                x[mechanism.factor_column[a]] -= state.factor[a] * x[i]
+    for i in range(start, stop):
+        x[i] *= state.factor_inverse[i]
+        first = mechanism.factor_start[i]
+        for a in range(first, first + mechanism.factor_count[i] - 1):
+            x[i] -= state.factor[a] * x[mechanism.factor_column[a]]
+
+
+def solve_inertia_across(mechanism, state, across, blocks):  # pragma: no cover
+    """Do what `solve_inertia` does for many efforts at once: across is (nv, n), of whole blocks of rows."""
+    nv = state.qvel.shape[0]
+    for i in range(nv - 1, -1, -1):
+        first = mechanism.factor_start[i]
+        for a in range(first, first + mechanism.factor_count[i] - 1):
+            add_line(across, mechanism.factor_column[a], across, i, -state.factor[a], blocks)
+    for i in range(nv):
+        inverse = state.factor_inverse[i]
+        for k in range(BLOCK * blocks):
+            across[i, k] *= inverse
+        first = mechanism.factor_start[i]
+        for a in range(first, first + mechanism.factor_count[i] - 1):
+            add_line(across, i, across, mechanism.factor_column[a], -state.factor[a], blocks)
+
+
+def add_line(lines, to, others, line, factor, blocks):
+    """Add a multiple of a line to another: blocks of four numbers, which one instruction changes."""
+    for block in range(blocks):
+        k = BLOCK * block
+        a = lines[to, k] + factor * others[line, k]
+        b = lines[to, k + 1] + factor * others[line, k + 1]
+        c = lines[to, k + 2] + factor * others[line, k + 2]
+        d = lines[to, k + 3] + factor * others[line, k + 3]
+        lines[to, k], lines[to, k + 1], lines[to, k + 2], lines[to, k + 3] = a, b, c, d
+
+
+def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma: no cover
+    """Write what each row asks for and solve the rows in turn; see `set_goals` and `solve_in_turn`."""
+    at, count, rules = rows.starts, search.counts[4], solver.rules
+    order, ends, goals, jacobian = solver.order, solver.ends, solver.goals, solver.jacobian
+    tree_dof, tree_dofs, timestep = mechanism.tree_dof, mechanism.tree_dofs, rules[TIMESTEP]
     kind, index = rows.kind[at[0] : at[0] + count], rows.ids[at[1] : at[1] + count]
     loss, R = rows.loss[at[4] : at[4] + count], rows.R[at[5] : at[5] + count]
     velocity = rows.velocity[at[7] : at[7] + count]
     reference, force = rows.reference[at[8] : at[8] + count], rows.force[at[9] : at[9] + count]
-    geom, address = contacts.geom[:contact_count], contacts.address[:contact_count]
-    contact_rows(geom, address, contacts.dim, contacts.friction, compliance, R, mu, soft)
+    geom, address = contacts.geom[: search.counts[0]], contacts.address[: search.counts[0]]
+    contact_rows(
+        geom, address, contacts.dim, contacts.friction, surface.compliance, R, solver.mu, solver.soft
+    )
     set_goals(
-        order, kind, index, velocity, reference, base, loss, mu, soft, dof_joint, joint_type, joint_qpos,
-        motors, targets, qpos, qvel, smooth, jacobian, ends, tree_dof, tree_dofs, timestep, goals,
+        order, kind, index, velocity, reference, surface.base, loss, solver.mu, solver.soft,
+        mechanism.dof_joint, mechanism.joint_type, mechanism.joint_qpos, solver.motors, solver.targets,
+        state.qpos, state.qvel, state.smooth, jacobian, ends, tree_dof, tree_dofs, timestep, goals,
     )  # fmt: skip
-    if ends[4] <= influence.shape[0]:
+    listed = ends[4]
+    if listed <= DENSE:
+        blocks = (listed + BLOCK - 1) // BLOCK
+        across = solver.across
+        for d in range(across.shape[0]):
+            for k in range(BLOCK * blocks):
+                across[d, k] = 0.0
+        for n in range(listed):
+            for side in range(1, 3):
+                tree = order[n, side]
+                if tree >= 0:
+                    for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
+                        across[d, n] = jacobian[n, d]
+        solve_inertia_across(mechanism, state, across, blocks)
         solve_by_table(
-            order, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, influence,
-            step, change,
+            order, goals, ends, jacobian, across, tree_dof, tree_dofs, rules[ROUNDS], rules[RESIDUAL],
+            solver.influence, solver.lines, solver.change,
         )  # fmt: skip
     else:
+        response = solver.response
+        for n in range(listed):
+            for side in range(1, 3):
+                tree = order[n, side]
+                if tree >= 0:
+                    first, last = tree_dof[tree], tree_dof[tree] + tree_dofs[tree]
+                    for d in range(first, last):
+                        response[n, d] = jacobian[n, d]
+                    solve_inertia(mechanism, state, response[n], first, last)
         solve_in_turn(
-            order, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, step, change
-        )
-    if alone == 1:
-        for dof in range(qacc.shape[0]):
-            qacc[dof] = smooth[dof]  # of trees that nothing holds
-            constraint[dof] = 0.0
+            order, goals, ends, jacobian, response, tree_dof, tree_dofs, rules[ROUNDS], rules[RESIDUAL],
+            solver.own, solver.step, solver.change,
+        )  # fmt: skip
+    if listed == count:
+        for dof in range(state.qacc.shape[0]):
+            state.qacc[dof] = state.smooth[dof]  # of trees that nothing holds
+            state.constraint[dof] = 0.0
         write_rows(
-            order, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep,
-            qacc, force, constraint,
+            order, goals, ends, jacobian, solver.change, state.smooth, solver.taken, mechanism.dof_tree,
+            tree_dof, tree_dofs, timestep, state.qacc, force, state.constraint,
         )  # fmt: skip
 
 
@@ -158,13 +345,13 @@ def solve_in_turn(  # pragma: no cover
                     total += jacobian[n, d] * response[n, d]
         own[n] = total + goals[n, 4]
     done = 0.0
-    for turn in range(rounds):
+    while done < rounds:
         worst = 0.0
         n = 0
         while n < ends[4]:
             at = n
             size = 1
-            if n < ends[0] and turn % 2 == 0:
+            if n < ends[0] and done % 2.0 == 0.0:
                 at = ends[0] - 1 - n
             elif n >= ends[2]:
                 size = 2
@@ -211,87 +398,86 @@ def solve_in_turn(  # pragma: no cover
     return done
 
 
-def solve_by_table(
-    rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, influence, speeds,
-    change,
-):  # fmt: skip
+def solve_by_table(  # pragma: no cover
+    rows, goals, ends, jacobian, across, tree_dof, tree_dofs, rounds, residual, influence, lines, change
+):
     """Do what `solve_in_turn` does, for a bounded number of rows, with their effect on each other.
 
-    influence: (n, n) or larger, change of each row's velocity by unit impulses of the others, written. own,
-    speeds: (n,) or longer, work arrays. The sixth column of goals is one, too.
+    What a row wishes for, the impulse with which it would get what it asks for, is kept up to date.
+
+    across: (nv, n) changes of velocity by unit impulses, n rounded up to whole blocks. influence: (n, n) or
+    larger, what unit impulses of a row take from the wishes of the others, written. lines: (6, n) or longer,
+    work array.
     """
     count = ends[4]
+    blocks = (count + BLOCK - 1) // BLOCK
     for n in range(count):
-        speeds[n] = 0.0
-        for k in range(n + 1):
+        for k in range(BLOCK * blocks):
             influence[n, k] = 0.0
         for side in range(1, 3):
             tree = rows[n, side]
             if tree >= 0:
                 for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
-                    part = jacobian[n, d]
-                    if part != 0.0:
-                        for k in range(n + 1):
-                            influence[n, k] += part * response[k, d]
-        for k in range(n):
-            influence[k, n] = influence[n, k]
-        own[n] = influence[n, n] + goals[n, 4]
-        goals[n, 5] = 1.0 / own[n] if own[n] > 1e-15 else 0.0
+                    if jacobian[n, d] != 0.0:
+                        add_line(influence, n, across, d, jacobian[n, d], blocks)
+        own = influence[n, n] + goals[n, 4]
+        lines[OWN, n] = own
+        lines[INVERSE, n] = 1.0 / own if own > 1e-15 else 0.0
+        lines[WISH, n] = goals[n, 0] * lines[INVERSE, n]
+        lines[LOW, n], lines[HIGH, n], lines[IMPULSE, n] = goals[n, 1], goals[n, 2], 0.0
+    for k in range(count, BLOCK * blocks):
+        lines[INVERSE, k] = lines[WISH, k] = 0.0
+    for n in range(count):
+        for k in range(BLOCK * blocks):
+            influence[n, k] *= lines[INVERSE, k]
+        influence[n, n] = 0.0
     done = 0.0
-    for turn in range(rounds):
+    while done < rounds:
         worst = 0.0
+        forward = done % 2.0 == 1.0
         for i in range(ends[1]):
-            n = ends[0] - 1 - i if i < ends[0] and turn % 2 == 0 else i
-            delta = min(max(wished(goals, speeds, n), goals[n, 1]), goals[n, 2]) - goals[n, 3]
-            worst = max(worst, push(goals, speeds, own, influence, n, delta, count))
+            n = i if forward or i >= ends[0] else ends[0] - 1 - i
+            impulse = min(max(lines[WISH, n], lines[LOW, n]), lines[HIGH, n])
+            worst = max(worst, push(lines, influence, n, impulse, blocks))
         for n in range(ends[1], ends[2]):
-            bound = goals[n, 2] * max(goals[rows[n, 3], 3], 0.0)
+            bound = lines[HIGH, n] * max(lines[IMPULSE, rows[n, 3]], 0.0)
             if bound > 0.0:
-                delta = min(max(wished(goals, speeds, n), -bound), bound) - goals[n, 3]
-                worst = max(worst, push(goals, speeds, own, influence, n, delta, count))
+                impulse = min(max(lines[WISH, n], -bound), bound)
+                worst = max(worst, push(lines, influence, n, impulse, blocks))
         for n in range(ends[2], count, 2):
-            bound = goals[n, 2] * max(goals[rows[n, 3], 3], 0.0)
+            bound = lines[HIGH, n] * max(lines[IMPULSE, rows[n, 3]], 0.0)
             if bound <= 0.0 and n < ends[3]:
                 continue
-            x, y = wished(goals, speeds, n), wished(goals, speeds, n + 1)
-            length = np.sqrt(x * x + y * y)
-            if length > bound:
-                x *= bound / length
-                y *= bound / length
-            x, y = x - goals[n, 3], y - goals[n + 1, 3]
-            if x != 0.0 or y != 0.0:
-                goals[n, 3] += x
-                goals[n + 1, 3] += y
-                for k in range(count):
-                    speeds[k] += x * influence[n, k] + y * influence[n + 1, k]
-                worst = max(worst, max((x * own[n]) ** 2, (y * own[n + 1]) ** 2))
+            x, y = lines[WISH, n], lines[WISH, n + 1]
+            square = x * x + y * y
+            if square > bound * bound:
+                factor = bound / np.sqrt(square)
+                x *= factor
+                y *= factor
+            worst = max(worst, push(lines, influence, n, x, blocks))
+            worst = max(worst, push(lines, influence, n + 1, y, blocks))
         done += 1.0
         if worst <= residual:
             break
-    for d in range(change.shape[0]):
-        change[d] = 0.0
     for n in range(count):
-        for side in range(1, 3):
-            tree = rows[n, side]
-            if tree >= 0:
-                for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
-                    change[d] += goals[n, 3] * response[n, d]
+        goals[n, 3] = lines[IMPULSE, n]
+    for d in range(change.shape[0]):
+        total = 0.0
+        for n in range(count):
+            total += lines[IMPULSE, n] * across[d, n]
+        change[d] = total
     return done
 
 
-def wished(goals, speeds, n):
-    """Impulse with which a row would get what it asks for."""
-    return goals[n, 3] + (goals[n, 0] - goals[n, 4] * goals[n, 3] - speeds[n]) * goals[n, 5]
-
-
-def push(goals, speeds, own, influence, n, delta, count):
-    """Add to a row's impulse; return the square of the change of its velocity."""
+def push(lines, influence, n, impulse, blocks):
+    """Set a row's impulse; return the square of the change of its velocity."""
+    delta = impulse - lines[IMPULSE, n]
     if delta == 0.0:
         return 0.0
-    goals[n, 3] += delta
-    for k in range(count):
-        speeds[k] += delta * influence[n, k]
-    return (delta * own[n]) ** 2
+    lines[IMPULSE, n] = impulse
+    add_line(lines, WISH, influence, n, -delta, blocks)
+    delta *= lines[OWN, n]
+    return delta * delta
 
 
 def write_rows(

@@ -22,29 +22,39 @@ def add_damping(damping, mass, inertia, rootid, cvel, xipos, ximat, subtree_com,
     cvel: (nbody, 6) angular, then linear velocity at the tree's centre of mass, world axes.
     """
     for b in range(1, mass.shape[0]):
-        kl, ql, ka, qa = damping[b, 0], damping[b, 1], damping[b, 2], damping[b, 3]
-        if kl == 0.0 and ql == 0.0 and ka == 0.0 and qa == 0.0:
-            continue
-        c = rootid[b]
-        wx, wy, wz = cvel[b, 0], cvel[b, 1], cvel[b, 2]
-        rx = xipos[b, 0] - subtree_com[c, 0]
-        ry = xipos[b, 1] - subtree_com[c, 1]
-        rz = xipos[b, 2] - subtree_com[c, 2]
-        vx = cvel[b, 3] + wy * rz - wz * ry
-        vy = cvel[b, 4] + wz * rx - wx * rz
-        vz = cvel[b, 5] + wx * ry - wy * rx
-        f = -mass[b] * (kl + ql * np.sqrt(vx * vx + vy * vy + vz * vz))
-        xfrc[b, 0] += f * vx
-        xfrc[b, 1] += f * vy
-        xfrc[b, 2] += f * vz
-        t = -(ka + qa * np.sqrt(wx * wx + wy * wy + wz * wz))
-        m = ximat[b]
-        for k in range(3):
-            along = m[k] * wx + m[3 + k] * wy + m[6 + k] * wz
-            moment = t * inertia[b, k] * along
-            xfrc[b, 3] += moment * m[k]
-            xfrc[b, 4] += moment * m[3 + k]
-            xfrc[b, 5] += moment * m[6 + k]
+        fx, fy, fz, tx, ty, tz = drag_on(
+            b, rootid[b], damping, mass, inertia, cvel, xipos, ximat, subtree_com
+        )
+        xfrc[b, 0] += fx
+        xfrc[b, 1] += fy
+        xfrc[b, 2] += fz
+        xfrc[b, 3] += tx
+        xfrc[b, 4] += ty
+        xfrc[b, 5] += tz
+
+
+def drag_on(b, c, damping, mass, inertia, cvel, xipos, ximat, subtree_com):
+    """Return force and torque of the drag on a body; c is the root of its tree. See `add_damping`."""
+    kl, ql, ka, qa = damping[b, 0], damping[b, 1], damping[b, 2], damping[b, 3]
+    if kl == 0.0 and ql == 0.0 and ka == 0.0 and qa == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    wx, wy, wz = cvel[b, 0], cvel[b, 1], cvel[b, 2]
+    rx = xipos[b, 0] - subtree_com[c, 0]
+    ry = xipos[b, 1] - subtree_com[c, 1]
+    rz = xipos[b, 2] - subtree_com[c, 2]
+    vx = cvel[b, 3] + wy * rz - wz * ry
+    vy = cvel[b, 4] + wz * rx - wx * rz
+    vz = cvel[b, 5] + wx * ry - wy * rx
+    f = -mass[b] * (kl + ql * np.sqrt(vx * vx + vy * vy + vz * vz))
+    t = -(ka + qa * np.sqrt(wx * wx + wy * wy + wz * wz))
+    m = ximat[b]
+    x = t * inertia[b, 0] * (m[0] * wx + m[3] * wy + m[6] * wz)
+    y = t * inertia[b, 1] * (m[1] * wx + m[4] * wy + m[7] * wz)
+    z = t * inertia[b, 2] * (m[2] * wx + m[5] * wy + m[8] * wz)
+    tx = x * m[0] + y * m[1] + z * m[2]
+    ty = x * m[3] + y * m[4] + z * m[5]
+    tz = x * m[6] + y * m[7] + z * m[8]
+    return f * vx, f * vy, f * vz, tx, ty, tz
 
 
 @compiled("f8[:] i4[:,:] i4[:] f8[:] f8[:,:] f8 f8 f8[:]")

@@ -12,7 +12,7 @@ MOST = 4
 @compiled(
     CONTACTS,
     "i8 u1[:,::1] i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[::1] f8 i8 i8[::1] i4[::1] f8[:,:,::1]",
-    "i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] -> i8",
+    "i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i8[::1] -> i8",
 )
 def keep_points(  # pragma: no cover
     contacts, contact_count, kept_kinds, geom_type, geom_body, xpos, xmat, margins, reaches, seen, before,
@@ -29,7 +29,7 @@ def keep_points(  # pragma: no cover
     of pairs in the step before, with keys: (n,), counts: (n,) and points: (n, 4, 15), the places in the
     frames of the two bodies and the contact frame. new_...: those of this step, written. fresh: (15,) work
     array. source: (4 ncon,) contact of which each extra point is a copy, extra: (4 ncon, 13) its position,
-    frame and distance, written. ends: (1,) number of pairs, written.
+    frame and distance, written. ends: (1,) or longer, number of pairs, written.
     """
     geom, position, frame, dist = contacts.geom, contacts.position, contacts.frame, contacts.dist
     pairs = 0
@@ -177,3 +177,15 @@ def write_points(contacts, contact_count, count, extra):  # pragma: no cover
         for k in range(9):
             frame[first + n, k] = extra[n, 3 + k]
         dist[first + n] = extra[n, 12]
+
+
+@compiled("i8[::1] i8 i8 i8 i4[::1]")
+def copy_contacts(words, size, contact_count, count, source):  # pragma: no cover
+    """Write copies of contacts over the last `count` ones.
+
+    words: MuJoCo's block. size: words of a contact. source: contact of which each one is a copy.
+    """
+    for n in range(count):
+        to, place = (contact_count - count + n) * size, source[n] * size
+        for k in range(size):
+            words[to + k] = words[place + k]

@@ -8,6 +8,7 @@ few steps.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import mujoco
@@ -17,12 +18,15 @@ from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.impulse_records import EXTRA, NOTES, PAIRS, TABLE, Points
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.manifold_kernels")
 
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
+_BLANK = mujoco.MjContact()
+"""Given to MuJoCo for contacts that are written then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +49,16 @@ class Manifolds:
 
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
-        self._kinds = _kinds_that_keep()
         self._bound: _Bound | None = None
         self._kept: KeptPoints | None = None
         """The points until arrays are bound again, where bodies were added or removed."""
-        self._count = 0
-        self._now, self._next = _Table(0), _Table(0)
-        self._source, self._extra = np.zeros(0, np.int32), np.zeros((0, 13))
-        self._fresh, self._ends = np.zeros(15), np.zeros(1, np.int32)
+        self.points = _points(0)
+        """The points, as arguments of compiled loops."""
+
+    @property
+    def keeps(self) -> bool:
+        """Whether points are kept in this world, once `prepare` has been called."""
+        return self._bound is not None and self._bound.keeps
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new, or that bodies were added or removed."""
@@ -62,14 +68,17 @@ class Manifolds:
 
     def save(self) -> KeptPoints | None:
         """Return a copy of all points; None where there are none."""
-        bound, count = self._bound, self._count
+        bound = self._bound
         if bound is None:
             return self._kept
+        count, table = self.points.notes[[PAIRS, TABLE]].tolist()
         if not count:
             return None
-        keys, now = self._now.keys[:count], self._now
+        keys, now = self.points.keys[table, :count], self.points
         pairs = np.stack([keys // len(bound.owners), keys % len(bound.owners)], axis=1)
-        return KeptPoints(bound.owners[pairs], now.counts[:count].copy(), now.points[:count].copy())
+        return KeptPoints(
+            bound.owners[pairs], now.counts[table, :count].copy(), now.points[table, :count].copy()
+        )
 
     def restore(self, kept: KeptPoints | None) -> None:
         """Go on with the points that were saved, or with none."""
@@ -96,39 +105,51 @@ class Manifolds:
         bound = self._bound
         if bound is None or not bound.keeps:
             return False
-        count = self._keep(bound, found, margins, reaches)
-        if not count:
-            return False
-        added, contacts = 0, data.contact
-        for source in self._source[:count].tolist():
-            if mujoco.mj_addContact(model, data, contacts[source]):
+        count = found.counts[0]
+        self.grow(count)
+        points = self.points
+        now = int(points.notes[TABLE])
+        before, after = ((points.keys[k], points.counts[k], points.points[k]) for k in (now, 1 - now))
+        extra = kernels().keep_points(
+            *(found.contacts, count, points.kinds, *bound.geoms, *bound.frames, margins, reaches, bound.seen),
+            *(int(points.notes[PAIRS]), *before, *after, points.fresh, points.source, points.extra),
+            points.notes,
+        )
+        points.notes[TABLE], points.notes[EXTRA] = 1 - now, extra
+        return extra > 0 and self.add(model, data, found)
+
+    def add(self, model: Any, data: Any, found: StepRows) -> bool:
+        """Add the points that the last update found besides MuJoCo's contacts, which they are copies of."""
+        points, contacts = self.points, None if found.is_direct else data.contact
+        added = 0
+        for source in points.source[: points.notes[EXTRA]].tolist():
+            if mujoco.mj_addContact(model, data, _BLANK if contacts is None else contacts[source]):
                 break  # MuJoCo's memory is full; it has warned, and grows before the next step
             added += 1
         total = found.look()[0]
-        kernels().write_points(found.contacts, total, added, self._extra)
+        if contacts is None:
+            kernels().copy_contacts(found.words, found.search.contact // 8, total, added, points.source)
+        kernels().write_points(found.contacts, total, added, points.extra)
         return True
 
     def forget(self) -> None:
         """Forget all points: in this step there are no contacts."""
-        self._count = 0
+        self.points.notes[PAIRS] = 0
 
-    def _keep(self, bound: _Bound, contacts: StepRows, margins: Array, reaches: Array) -> int:
-        """Update the points of all pairs; return the number of those besides MuJoCo's."""
-        count = contacts.counts[0]
-        if len(self._next.keys) < count:
-            self._next = _Table(2 * count)
-        if len(self._source) < 4 * count:
-            self._source, self._extra = np.zeros(8 * count, np.int32), np.zeros((8 * count, 13))
-        now, following = self._now, self._next
-        extra = kernels().keep_points(
-            *(contacts.contacts, count, self._kinds, *bound.geoms),
-            *(*bound.frames, margins, reaches, bound.seen, self._count, now.keys, now.counts, now.points),
-            *(following.keys, following.counts, following.points),
-            *(self._fresh, self._source, self._extra, self._ends),
-        )
-        self._now, self._next = following, now
-        self._count = self._ends.item()
-        return extra
+    def grow(self, contacts: int) -> None:
+        """Make room for the points of so many contacts."""
+        points = self.points
+        if points.keys.shape[1] >= contacts:
+            return
+        grown = _points(2 * contacts)
+        for old, new in (
+            (points.keys, grown.keys),
+            (points.counts, grown.counts),
+            (points.points, grown.points),
+        ):
+            new[:, : old.shape[1]] = old
+        grown.notes[:] = points.notes
+        self.points = grown
 
     def _bind(self, model: Any, data: Any) -> None:
         world = self._world
@@ -144,23 +165,25 @@ class Manifolds:
             owners=_owners(world, model.ngeom),
             seen=2 * world.profile.contact_margin,
         )
-        kept, self._kept, self._count = self._kept, None, 0
+        kept, self._kept = self._kept, None
+        self.forget()
         if kept is not None and keeps:
             self._take(kept, self._bound.owners)
 
     def _take(self, kept: KeptPoints, owners: np.ndarray) -> None:
         """Write points under the present numbers of their geoms; those of bodies that are gone end."""
         number = {tuple(owner): geom for geom, owner in enumerate(owners.tolist())}
-        table = _Table(len(kept.counts))
+        self.grow(len(kept.counts))
+        points = self.points
+        table = points.notes[TABLE]
         for row, (one, two) in enumerate(kept.owners.tolist()):
             a, b = number.get(tuple(one)), number.get(tuple(two))
             if a is None or b is None:
                 continue
-            at = self._count
-            table.keys[at] = a * len(owners) + b
-            table.counts[at], table.points[at] = kept.counts[row], kept.points[row]
-            self._count += 1
-        self._now = table
+            at = points.notes[PAIRS]
+            points.keys[table, at] = a * len(owners) + b
+            points.counts[table, at], points.points[table, at] = kept.counts[row], kept.points[row]
+            points.notes[PAIRS] += 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,12 +200,18 @@ class _Bound:
     """Gap (m) up to which MuJoCo finds contacts."""
 
 
-class _Table:
-    """Points of so many pairs."""
-
-    def __init__(self, count: int) -> None:
-        self.keys, self.counts = np.zeros(count, np.int64), np.zeros(count, np.int32)
-        self.points = np.zeros((count, 4, 15))
+def _points(pairs: int) -> Points:
+    """Return room for the points of so many pairs."""
+    return Points(
+        kinds=_kinds_that_keep(),
+        keys=np.zeros((2, pairs), np.int64),
+        counts=np.zeros((2, pairs), np.int32),
+        points=np.zeros((2, pairs, 4, 15)),
+        fresh=np.zeros(15),
+        source=np.zeros(4 * pairs, np.int32),
+        extra=np.zeros((4 * pairs, 13)),
+        notes=np.zeros(NOTES, np.int64),
+    )
 
 
 def _owners(world: Engine[Body], count: int) -> np.ndarray:
@@ -195,6 +224,7 @@ def _owners(world: Engine[Body], count: int) -> np.ndarray:
     return owners
 
 
+@cache
 def _kinds_that_keep() -> np.ndarray:
     """Return (8, 8) 1 for pairs of geom types of which MuJoCo then finds one point, but for round ones."""
     kinds = mujoco.mjtGeom

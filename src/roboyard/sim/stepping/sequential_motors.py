@@ -16,222 +16,259 @@ import mujoco
 import numpy as np
 
 from roboyard._lazy import lazy_module
-from roboyard._records import dataclass
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping import impulse_records as r
+from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 
 kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
-DENSE = 128
-"""Most rows whose influence on each other is kept as a table; so few are solved in turn wholly."""
-
 
 class SequentialMotors:
     """The solver of the robots with motors of one world."""
 
-    def __init__(self, world: Engine[Body], motors: VelocityMotors, surfaces: Surfaces) -> None:
+    def __init__(
+        self, world: Engine[Body], motors: VelocityMotors, surfaces: Surfaces, manifolds: Manifolds
+    ) -> None:
         self._world, self._motors, self._surfaces = world, motors, surfaces
-        self.rounds: int = world.profile.motor_rounds
-        """Rounds in a step; 0 leaves all trees to MuJoCo."""
-        self.residual: float = world.profile.motor_residual
-        """Square of the change of velocity (rad/s or m/s) below which the rounds end."""
-        self._bound: _Bound | None = None
-        self._found = -1
-        self._work = _work(0, 0)
-        self._arguments: tuple[Any, ...] | None = None
-        """Arrays that may be replaced between compiles, and last what `solve` is given with them."""
+        self._manifolds = manifolds
+        self._rounds: int = world.profile.motor_rounds
+        self._residual: float = world.profile.motor_residual
+        self._largest: np.ndarray | None = None
+        self._mechanism: r.Mechanism | None = None
+        self._state: Any = None
+        self._surface: Any = None
+        self._solver = _solver(0, 0, 0, 0, 0)
+        self._is_sparse = False
+        self._known: tuple[Any, ...] = ()
+        """Revision, time step and profile whose rules are written."""
+
+    def set_rounds(self, rounds: int, residual: float) -> None:
+        """Set when the solver ends.
+
+        Args:
+            rounds: rounds in a step; 0 leaves all trees to MuJoCo.
+            residual: square of the change of velocity (rad/s or m/s) below which the rounds end.
+        """
+        self._rounds, self._residual = rounds, residual
+        self.refresh()
+
+    def bound_velocities(self, largest: np.ndarray | None) -> None:
+        """Set the (nv,) bounds on velocities (rad/s or m/s) after a step; None for none."""
+        self._largest = largest
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Note that a rule was changed."""
+        self._known = ()
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new, or that bodies were added or removed."""
-        self._bound = self._arguments = None
+        self._mechanism = None
+        self._known = ()
 
-    def arrange(self, model: Any, data: Any, found: StepRows) -> bool:
+    def prepare(self, model: Any, data: Any, timestep: float) -> None:
+        """Look up arrays and rules that have changed, before a step."""
+        world, known = self._world, self._known
+        if (
+            not known
+            or known[0] != world.revision
+            or known[1] != timestep
+            or known[2] is not world.profile
+            or known[3] is not self._motors.arrays
+        ):
+            self._look_up(model, data, timestep)
+
+    def arrange(self, found: StepRows) -> bool:
         """List the rows of robots with motors, and of what touches them, after MuJoCo has made the rows.
-
-        Args:
-            model: MjModel.
-            data: MjData.
-            found: the contacts and rows.
 
         Returns:
             Whether these are all rows, so that MuJoCo's solver has nothing left to do.
         """
-        self._found = -1
-        contacts, equalities, motors, limits, count = found.counts
-        if not self.rounds or equalities or not motors + limits:
-            return False
-        bound = self._bound
-        if bound is None:
-            bound = self._bound = _bind(model, data, list(self._world.body_by_id.values()))
-        if bound.is_sparse or (contacts and not self._world.hard_contacts):
-            return False
-        work = self._work
-        if len(work.rows) < count or work.jacobian.shape[1] != bound.nv:
-            work = self._work = _work(2 * count, bound.nv)
-        self._found = kernels().arrange(
-            *(found.rows, found.contacts, contacts, motors, limits, count, work.rows, work.jacobian),
-            *bound.trees,
-        )
-        return self._found == count
+        arranged = kernels().ARRANGE
+        return self.execute(found, arranged, arranged) == kernels().DONE
 
-    def solve(self, model: Any, data: Any, found: StepRows, timestep: float) -> None:
+    def finish(self, found: StepRows, *, remade: bool = False) -> None:
+        """Compute accelerations and forces after `arrange`, where its rows are all.
+
+        Args:
+            found: the contacts and rows.
+            remade: whether the rows were made again, without their velocities.
+        """
+        loops = kernels()
+        self.execute(found, loops.ASK, loops.SOLVE, remade=1 if remade else 0)
+
+    def solve(self, found: StepRows) -> None:
         """Solve the rows that are arranged, after `mj_fwdAcceleration`.
 
         The solution is written where these are all rows; `write` does it otherwise, after MuJoCo's solver.
+        """
+        if self._solver.ends[5] >= 0:
+            self.execute(found, kernels().SOLVE, kernels().SOLVE)
+
+    def execute(self, found: StepRows, first: int, last: int, remade: int = 0) -> int:
+        """Execute parts of a step in the compiled loop of that name; return what it returns.
 
         Args:
-            model: MjModel.
-            data: MjData.
             found: the contacts and rows.
-            timestep: duration of the step (s).
+            first: part to begin with.
+            last: part to end with.
+            remade: 1 where rows were made again, without their velocities.
         """
-        listed, bound, work = self._found, self._bound, self._work
-        if listed < 0 or bound is None:
-            return
-        jacobian, response = work.part(listed)
-        mujoco.mj_solveM(model, data, response, jacobian)
-        counts = found.counts
-        count = counts[4]
-        surfaces = self._surfaces
-        base, compliance = surfaces.normal_references(count), surfaces.compliance_of_geoms
-        motors, known = self._motors.arrays, self._arguments
-        if (
-            known is None
-            or known[0] is not work
-            or known[1] is not base
-            or known[2] is not motors
-            or known[3] is not compliance
-        ):
-            arguments = _arguments(bound, work, base, motors, compliance)
-            known = self._arguments = work, base, motors, compliance, arguments
-        kernels().solve(
-            *(found.rows, found.contacts, counts[0], count, 1 if listed == count else 0),
-            *(timestep, self.rounds, self.residual, jacobian, response, *known[4]),
-        )
+        loops = kernels()
+        while True:
+            if not found.is_direct:
+                found.look()
+            answer = loops.execute(
+                *(found.rows, found.contacts, found.search, self._mechanism, self._state),
+                *(self._manifolds.points, self._surface, self._solver, first, last, remade),
+            )
+            if answer == loops.ROOM:
+                self._grow(*found.look()[:: len(found.counts) - 1])
+            elif answer == loops.LOST:
+                found.leave_memory()
+            else:
+                return answer
 
-    def write(self, data: Any, timestep: float) -> None:
+    def write(self, found: StepRows, timestep: float) -> None:
         """Write the solution over MuJoCo's, after its solver, which had other rows."""
-        bound, work = self._bound, self._work
-        if self._found < 0 or bound is None:
+        solver, mechanism, state = self._solver, self._mechanism, self._state
+        if solver.ends[5] < 0 or mechanism is None:
             return
+        start, count = found.rows.starts[9], found.counts[-1]
         kernels().write_solution(
-            *(work.rows, work.goals, bound.ends, work.jacobian, bound.change, bound.smooth, bound.taken),
-            *(bound.dof_tree, *bound.spans, timestep, bound.qacc, data.efc_force, bound.constraint),
+            *(solver.order, solver.goals, solver.ends, solver.jacobian, solver.change, state.smooth),
+            *(solver.taken, mechanism.dof_tree, mechanism.tree_dof, mechanism.tree_dofs, timestep),
+            *(state.qacc, found.rows.force[start : start + count], state.constraint),
         )
 
+    # ----------------------------------------------------------------------------------------- book-keeping
 
-@dataclass(frozen=True, slots=True)
-class _Bound:
-    """MuJoCo's arrays, the order of motors and small results, which hold until the next compile."""
+    def _grow(self, contacts: int, rows: int) -> None:
+        self._manifolds.grow(contacts)
+        solver = self._solver
+        if rows > len(solver.order):
+            lengths = (len(a) for a in (self._state.qvel, solver.wrenches, solver.taken, solver.places))
+            keeps = {name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules")}
+            self._solver = _solver(2 * rows, *lengths)._replace(**keeps)
+        self._surface = self._surface._replace(base=self._surfaces.normal_references(len(self._solver.order)))
 
-    nv: int
-    is_sparse: bool
-    trees: tuple[Any, ...]
-    """Arguments of `arrange` that hold until the next compile."""
-    joints: tuple[Any, ...]
-    spans: tuple[Any, ...]
-    """First dof and number of dofs of each tree."""
-    dof_tree: np.ndarray
-    qpos: np.ndarray
-    qvel: np.ndarray
-    smooth: np.ndarray
-    qacc: np.ndarray
-    constraint: np.ndarray
-    taken: np.ndarray
-    ends: np.ndarray
-    change: np.ndarray
+    def _look_up(self, model: Any, data: Any, timestep: float) -> None:
+        world, motors = self._world, self._motors.arrays
+        if self._mechanism is None:
+            self._is_sparse = bool(mujoco.mj_isSparse(model))
+            self._mechanism, places = _mechanism(model, list(world.body_by_id.values()))
+            self._state = _state(data)
+            rows = max(len(self._solver.order), 16)
+            self._solver = _solver(rows, model.nv, model.nbody, model.ntree, places)
+        profile, surfaces, solver = world.profile, self._surfaces, self._solver
+        self._surface = surfaces.record(model, data, len(solver.order))
+        largest = np.full(model.nv, np.inf) if self._largest is None else self._largest
+        self._solver = solver._replace(motors=motors[0], targets=motors[1], largest=largest)
+        rules = solver.rules
+        rules[r.TIMESTEP], rules[r.ERP], rules[r.CONTACT_ERP] = timestep, profile.erp, profile.contact_erp
+        rules[r.DEEP], rules[r.SLOW], rules[r.RESIDUAL] = profile.deep, profile.slow, self._residual
+        rules[r.ROUNDS] = 0 if self._is_sparse else self._rounds
+        rules[r.IS_PRODUCT], rules[r.IS_COMPLIANT] = profile.product_friction, surfaces.are_compliant
+        rules[r.LIMITS_ARE_HARD], rules[r.CONTACTS_ARE_HARD] = profile.hard_contacts, world.hard_contacts
+        rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
+        rules[r.IS_BOUNDED] = self._largest is not None
+        self._known = world.revision, timestep, profile, motors
 
 
-def _bind(model: Any, data: Any, bodies: list[Body]) -> _Bound:
+def _mechanism(model: Any, bodies: list[Body]) -> tuple[r.Mechanism, int]:
+    """Return the arrays of a model, and the number of places in the order of solution."""
     nv = model.nv
     slot, limit_slot = np.full(nv, -1, np.int32), np.full(nv, -1, np.int32)
-    place = 0
+    places = 0
     for dof, is_limit in solution_order(bodies, model):
         if is_limit:
-            limit_slot[dof] = place
-            place += 2
+            limit_slot[dof] = places
+            places += 2
         else:
-            slot[dof] = place
-            place += 1
-    geom_tree = model.body_treeid[model.geom_bodyid].astype(np.int32)
-    taken, ends = np.zeros(model.ntree, np.uint8), np.zeros(5, np.int32)
-    joints = model.jnt_type, model.jnt_qposadr
-    return _Bound(
-        nv=nv,
-        is_sparse=bool(mujoco.mj_isSparse(model)),
-        trees=(
-            *(geom_tree, model.dof_treeid, model.jnt_dofadr, *joints, data.qpos, slot, limit_slot),
-            *(model.jnt_range, DENSE, taken, np.full(place, -1, np.int32), ends, nv),
+            slot[dof] = places
+            places += 1
+    return (
+        r.Mechanism(
+            geom_type=model.geom_type,
+            geom_body=model.geom_bodyid,
+            geom_tree=model.body_treeid[model.geom_bodyid].astype(np.int32),
+            dof_tree=model.dof_treeid,
+            dof_joint=model.dof_jntid,
+            dof_body=model.dof_bodyid,
+            joint_dof=model.jnt_dofadr,
+            joint_type=model.jnt_type,
+            joint_qpos=model.jnt_qposadr,
+            limits=model.jnt_range,
+            body_parent=model.body_parentid,
+            body_root=model.body_rootid,
+            mass=model.body_mass,
+            inertia=model.body_inertia,
+            tree_dof=model.tree_dofadr,
+            tree_dofs=model.tree_dofnum,
+            factor_count=model.M_rownnz,
+            factor_start=model.M_rowadr,
+            factor_column=model.M_colind,
+            slot=slot,
+            limit_slot=limit_slot,
         ),
-        joints=(model.dof_jntid, *joints),
-        spans=(model.tree_dofadr, model.tree_dofnum),
-        dof_tree=model.dof_treeid,
+        places,
+    )
+
+
+def _state(data: Any) -> r.State:
+    return r.State(
         qpos=data.qpos,
         qvel=data.qvel,
+        xpos=data.xpos,
+        xmat=data.xmat,
+        xipos=data.xipos,
+        ximat=data.ximat,
+        subtree_com=data.subtree_com,
+        cvel=data.cvel,
+        cdof=data.cdof,
+        wrench=data.xfrc_applied,
+        passive=data.qfrc_passive,
+        bias=data.qfrc_bias,
+        applied=data.qfrc_applied,
+        actuated=data.qfrc_actuator,
+        factor=data.qLD,
+        factor_inverse=data.qLDiagInv,
+        smooth_force=data.qfrc_smooth,
         smooth=data.qacc_smooth,
         qacc=data.qacc,
         constraint=data.qfrc_constraint,
-        taken=taken,
-        ends=ends,
+    )
+
+
+def _solver(rows: int, nv: int, bodies: int, trees: int, places: int) -> r.Solver:
+    """Return the arrays for so many rows of constraints."""
+    dense = min(rows, r.DENSE)
+    width = dense + -dense % r.BLOCK
+    return r.Solver(
+        motors=np.zeros((nv, 5)),
+        targets=np.zeros((nv, 4)),
+        largest=np.zeros(nv),
+        rules=np.zeros(r.RULES),
+        taken=np.zeros(trees, np.uint8),
+        places=np.full(places, -1, np.int32),
+        ends=np.full(6, -1, np.int32),
+        order=np.zeros((rows, 4), np.int32),
+        jacobian=np.zeros((rows, nv)),
+        response=np.zeros((rows if rows > r.DENSE else 0, nv)),
+        goals=np.zeros((rows, 5)),
+        mu=np.zeros(rows),
+        soft=np.zeros(rows),
+        own=np.zeros(rows),
+        step=np.zeros(2),
+        across=np.zeros((nv, width)),
+        influence=np.zeros((dense, width)),
+        lines=np.zeros((r.LINES, width)),
         change=np.zeros(nv),
-    )
-
-
-def _arguments(
-    bound: _Bound,
-    work: _Work,
-    base: np.ndarray,
-    motors: tuple[np.ndarray, np.ndarray],
-    compliance: np.ndarray,
-) -> tuple[Any, ...]:
-    """Return the arrays that `solve` is given after those of the step."""
-    return (
-        *(work.rows, base, *bound.joints, *motors, bound.qpos, bound.qvel, bound.smooth, bound.ends),
-        *(*bound.spans, work.goals, work.mu, work.soft, compliance, work.own, work.influence, work.step),
-        *(bound.change, bound.taken, bound.dof_tree, bound.qacc, bound.constraint),
-    )
-
-
-_NO_PART = np.zeros((0, 0)), np.zeros((0, 0))
-
-
-@dataclass(slots=True)
-class _Work:
-    """Arrays for the rows of a step, which grow with the number of rows."""
-
-    rows: np.ndarray
-    jacobian: np.ndarray
-    response: np.ndarray
-    goals: np.ndarray
-    mu: np.ndarray
-    soft: np.ndarray
-    own: np.ndarray
-    step: np.ndarray
-    influence: np.ndarray
-    _part: tuple[np.ndarray, np.ndarray] = _NO_PART
-
-    def part(self, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the first rows (count, nv) of `jacobian` and `response`."""
-        if len(self._part[0]) != count:
-            self._part = self.jacobian[:count], self.response[:count]
-        return self._part
-
-
-def _work(count: int, nv: int) -> _Work:
-    dense = min(count, DENSE)
-    return _Work(
-        rows=np.zeros((count, 4), np.int32),
-        jacobian=np.zeros((count, nv)),
-        response=np.zeros((count, nv)),
-        goals=np.zeros((count, 6)),
-        mu=np.zeros(count),
-        soft=np.zeros(count),
-        own=np.zeros(count),
-        step=np.zeros(max(count, 2)),
-        influence=np.zeros((dense, dense)),
+        wrenches=np.zeros((bodies, 6)),
     )
 
 

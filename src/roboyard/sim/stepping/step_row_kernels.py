@@ -43,14 +43,14 @@ ROWS = record(Rows, "i4[::1] i4[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[
 CONTACTS = record(Contacts, "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[:,:] f8[:]")
 
 
-@compiled("i8[::1] i8[::1] i4[::1] i8 i8 i8 i8 i8[::1] -> i8")
-def find_rows(words, places, counts, address, size, contact, degrees, starts):  # pragma: no cover
+@compiled("i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8 -> i8")
+def find_rows(words, places, counts, starts, address, size, contact, degrees):  # pragma: no cover
     """Write where the arrays of rows begin in MuJoCo's block; return 1 where all are within it, else 0.
 
     words: addresses in MjData, the second one the block's. places: (11,) of those of the arrays of rows, two
     of integers before those of numbers, the third the Jacobian, and of the contacts. counts: (5,) numbers of
-    contacts and rows, the last one of all rows. address, size: of the block (bytes). contact: bytes of a
-    contact. degrees: columns of the Jacobian. starts: (10,) written.
+    contacts and rows, the last one of all rows. starts: (10,) written. address, size: of the block (bytes).
+    contact: bytes of a contact. degrees: columns of the Jacobian.
     """
     if words[1] != address:
         return 0

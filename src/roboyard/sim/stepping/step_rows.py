@@ -18,6 +18,7 @@ import mujoco
 import numpy as np
 
 from roboyard.sim.stepping import step_row_kernels as kernels
+from roboyard.sim.stepping.impulse_records import Search
 from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
 
 ROWS = (
@@ -50,6 +51,11 @@ _NO_CONTACTS = Contacts(
 )
 
 
+_NO_SEARCH = Search(
+    *(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int32), np.zeros(0, np.int64), 0, 0, 0, 0)
+)
+
+
 class StepRows:
     """Finds the contacts and rows of each step of one MjData; `look` once they are made."""
 
@@ -64,19 +70,44 @@ class StepRows:
         known = layout()
         self._block = None if known is None else _Block(data, degrees, known)
         self.contacts = _NO_CONTACTS
+        self.search = _NO_SEARCH._replace(counts=np.zeros(len(_COUNTS), np.int32))
+        """Where compiled loops look for contacts and rows, if `is_direct`."""
         self._rows: Rows | None = None
         self.counts: tuple[int, ...] = (0,) * len(_COUNTS)
         """Numbers of contacts and of rows: equalities, dry friction, limits, all."""
+        if self._block is not None:
+            self._rows, self.contacts = self._block.rows, self._block.contacts
+            self.search = self._block.search
+
+    @property
+    def words(self) -> np.ndarray:
+        """MuJoCo's block as whole numbers of eight bytes, if `is_direct`; it begins with the contacts."""
+        assert self._block is not None
+        return self._block.words
+
+    @property
+    def is_direct(self) -> bool:
+        """Whether `rows` and `contacts` are MuJoCo's block, in which loops find the arrays themselves."""
+        return self._block is not None
+
+    def leave_memory(self) -> None:
+        """Pass the arrays of MuJoCo's module from now on, since its addresses are not as expected."""
+        self._block = None
+        self.search = _NO_SEARCH._replace(counts=np.zeros(len(_COUNTS), np.int32))
+        self.look()
 
     def look(self) -> tuple[int, ...]:
         """Find the contacts and rows that MuJoCo has made; return `counts`."""
         block = self._block
-        if block is not None and kernels.find_rows(*block.search):
-            self._rows, self.contacts = block.rows, block.contacts
-            counts = self.counts = _UNPACK(block.counts)
-            return counts
+        if block is not None:
+            if kernels.find_rows(*block.search):
+                counts = self.counts = _UNPACK(block.counts)
+                return counts
+            self.leave_memory()
+            return self.counts
         data = self._data
         self._rows, self.counts = None, tuple(getattr(data, name) for name in _COUNTS)
+        self.search.counts[:] = self.counts
         self.contacts = _NO_CONTACTS
         if self.counts[0]:
             contact = data.contact
@@ -123,7 +154,8 @@ class _Block:
         numbers_of_rows: Any = (ctypes.c_int32 * len(_COUNTS)).from_address(first)
         self.counts = memoryview(numbers_of_rows)
         counts = np.frombuffer(numbers_of_rows, np.int32)
-        self.search = words, known.places, counts, address, size, known.contact_size, degrees, starts
+        self.search = Search(words, known.places, counts, starts, address, size, known.contact_size, degrees)
+        self.words = np.frombuffer(memory, np.int64)
 
 
 class Layout(NamedTuple):

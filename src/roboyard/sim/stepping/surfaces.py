@@ -14,10 +14,9 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link
 from roboyard.sim.soft.soft_bodies import SoftBodies
-from roboyard.sim.stepping.step_rows import StepRows
+from roboyard.sim.stepping.impulse_records import Surface
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
-impulse_kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
 SLIDING_ITERATIONS = 4
 SLIDING_TOLERANCE = 1e-3
@@ -67,6 +66,31 @@ class Surfaces:
         if len(self._base) < count:
             self._base, self._acceleration = np.zeros(2 * count), np.zeros(2 * count)
         return self._base
+
+    @property
+    def are_compliant(self) -> bool:
+        """Whether any surface has a stiffness."""
+        return bool(self._compliance)
+
+    def record(self, model: Any, data: Any, rows: int) -> Surface:
+        """Return the coefficients as argument of compiled loops, until the world's revision changes.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            rows: number of rows of constraints for which there is room.
+        """
+        margins, reaches = self.margins_and_reaches(model, data)
+        assert self._restitution_rows is not None and self._damping_rows is not None
+        return Surface(
+            friction=self._friction,
+            restitution=self._restitution_rows,
+            compliance=self._compliance_rows,
+            damping=self._damping_rows,
+            margins=np.ascontiguousarray(margins),
+            reaches=np.ascontiguousarray(reaches),
+            base=self.normal_references(rows),
+        )
 
     def margins_and_reaches(self, model: Any, data: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return `margins_of` and `reaches_of`: (ngeom,) widths and gaps (m)."""
@@ -168,13 +192,12 @@ class Surfaces:
         """Note that MuJoCo's arrays are new."""
         self._restitution_rows = self._damping_rows = self._widths = None
 
-    def apply(self, model: Any, data: Any, found: StepRows, timestep: float, *, alone: bool = False) -> None:
+    def apply(self, model: Any, data: Any, timestep: float, *, alone: bool = False) -> None:
         """Add drag to xfrc_applied and bounce to the contacts' references, between mj_step1 and mj_step2.
 
         Args:
             model: MjModel.
             data: MjData.
-            found: the contacts and rows, which are read where `alone`.
             timestep: duration of the step (s).
             alone: whether all rows are solved in turn, so that nothing need be prepared for MuJoCo's solver.
         """
@@ -182,9 +205,6 @@ class Surfaces:
             self._look_up(model, data)
         if self._damping:
             kernels().add_damping(*self._drag)
-        if alone and not self.soft:
-            self._ask(model, data, found, timestep)
-            return
         profile, hard = self._world.profile, self._world.hard_contacts
         if hard and data.ne:
             kernels().hard_equalities(
@@ -197,22 +217,6 @@ class Surfaces:
             )
         if data.ncon and (hard or profile.product_friction or self._restitution):
             self._apply_contacts(model, data, timestep, alone=alone)
-
-    def _ask(self, model: Any, data: Any, found: StepRows, timestep: float) -> None:
-        """Write what limits and contacts ask for, where all rows are solved in turn."""
-        profile = self._world.profile
-        contacts, _, motors, limits, count = found.counts
-        if not (contacts or (limits and profile.hard_contacts)):
-            return
-        margins, reaches = (
-            self.margins_and_reaches(model, data) if contacts else (self._no_margins, self._no_reaches)
-        )
-        impulse_kernels().ask_of_rows(
-            *(found.rows, found.contacts, contacts, motors, limits if profile.hard_contacts else 0, count),
-            *(self._friction, self._restitution_rows, self._compliance_rows, margins, reaches),
-            *(self.normal_references(count), timestep, profile.erp, profile.contact_erp, profile.deep),
-            *(profile.slow, 1 if profile.product_friction else 0, 1 if self._compliance else 0),
-        )
 
     def _apply_contacts(self, model: Any, data: Any, timestep: float, *, alone: bool) -> None:
         """Apply friction and restitution of contacts."""

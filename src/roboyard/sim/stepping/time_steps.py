@@ -26,6 +26,7 @@ from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
+impulse_kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
 log = logging.getLogger("roboyard.simulation")
 
@@ -80,9 +81,11 @@ class Stepping:
         """Joints that pass their stops within a step, where limits are soft."""
         self.manifolds = Manifolds(world)
         """Points that pairs keep, where contacts are rigid."""
-        self.in_turn = SequentialMotors(world, motors, surfaces)
+        self.in_turn = SequentialMotors(world, motors, surfaces, self.manifolds)
         """Robots with motors, where they are solved row by row as Bullet does."""
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = False
+        self._has_drag = False
+        """Whether the drag of this step was added to external forces."""
         self._velocity_limits: dict[tuple[int, int], float] = {}
         self._compiled: tuple[Any, ...] | None = None
         """MuJoCo's options, a step's rows, velocities, accelerations, bounds on velocities, if any, and
@@ -94,6 +97,7 @@ class Stepping:
         self._has_motors = self.motors.is_active
         self._is_bounded = self.constraints.is_bounded
         self._has_rules = self._has_surfaces or self._has_motors or self._is_bounded
+        self.in_turn.refresh()
 
     @property
     def is_plain(self) -> bool:
@@ -112,6 +116,7 @@ class Stepping:
         """Note that bodies were added or removed, with or without a compile."""
         self.sliding.invalidate()
         self.manifolds.invalidate()
+        self.in_turn.invalidate()
 
     def forget(self, body_id: int) -> None:
         """Remove the velocity limits of a body that is removed."""
@@ -149,7 +154,10 @@ class Stepping:
         if stops:
             self.stops.approach(data, model.opt.timestep)
         if self.sliding.slides(data):
-            self._solve(model, data, model.opt.timestep, slides=True, alone=False)
+            if self._compiled is None:
+                self._compiled = self._look_up(model, data)
+            found = self._compiled[1]
+            self._solve(model, data, found, model.opt.timestep, slides=True, alone=False)
         else:
             mujoco.mj_step2(model, data)
 
@@ -164,7 +172,8 @@ class Stepping:
                 self._attempt(model, data)
         else:
             self._whole_step(model, data)
-        if self._has_surfaces or self.wrenches.pending:
+        if self._has_drag or self.wrenches.pending:
+            self._has_drag = False
             self.wrenches.clear()
 
     def _step_in_parts(self, model: Any, data: Any) -> None:
@@ -187,26 +196,32 @@ class Stepping:
         compiled = self._compiled
         if compiled is None:
             compiled = self._compiled = self._look_up(model, data)
-        option, found, qvel, qacc, limits, has_actuators = compiled
-        timestep, in_turn, motors = option.timestep, self.in_turn, self.motors
-        motors.prepare(model, timestep)
-        self.manifolds.prepare(model, data)
-        mujoco.mj_step1(model, data)
-        self._keep_contacts(model, data, found)
-        alone = in_turn.arrange(model, data, found)
-        self.surfaces.apply(model, data, found, timestep, alone=alone)
-        if not alone or motors.has_spherical:
-            motors.apply(data, timestep, alone=alone)
-        if not alone:
-            self._solve(model, data, timestep, slides=False, alone=False)
+        found, in_turn = compiled[1], self.in_turn
+        if self.motors.has_spherical or compiled[5] or self._windows.is_active:
+            self._attempt(model, data)
             return
-        if has_actuators:
-            mujoco.mj_fwdActuation(model, data)
-        mujoco.mj_fwdAcceleration(model, data)
-        in_turn.solve(model, data, found, timestep)
-        if limits is not None:
-            kernels().bound_velocity(qvel, qacc, timestep, limits)
-        self._integrate(model, data)
+        timestep = compiled[0].timestep
+        self._prepare(model, data, timestep)
+        mujoco.mj_step1(model, data)
+        loops = impulse_kernels()
+        answer = in_turn.execute(found, loops.KEEP, loops.SOLVE)
+        if answer == loops.POINTS_ARE_NEW:
+            self.manifolds.add(model, data, found)
+            mujoco.mj_makeConstraint(model, data)
+            answer = in_turn.execute(found, loops.ARRANGE, loops.SOLVE, remade=1)
+            if answer == loops.OTHERS:
+                self._complete_rows(model, data, found)
+        if answer == loops.DONE:
+            mujoco.mj_Euler(model, data)
+        else:
+            self._finish(model, data, found, timestep, slides=False, alone=False)
+
+    def _prepare(self, model: Any, data: Any, timestep: float) -> None:
+        """Prepare motors, kept points and the solver of both before a step."""
+        self.motors.prepare(model, timestep)
+        if self._world.hard_contacts:
+            self.manifolds.prepare(model, data)
+        self.in_turn.prepare(model, data, timestep)
 
     def _whole_step(self, model: Any, data: Any) -> None:
         if self.stops.is_watching(model, data):
@@ -225,11 +240,11 @@ class Stepping:
         option, found = compiled[0], compiled[1]
         timestep = option.timestep
         if self._has_motors:
-            self.motors.prepare(model, timestep)
+            self._prepare(model, data, timestep)
+        elif world.hard_contacts:
+            self.manifolds.prepare(model, data)
         if self._is_bounded:
             self.constraints.prepare(model)
-        if world.hard_contacts:
-            self.manifolds.prepare(model, data)
         mujoco.mj_step1(model, data)
         if self._soft.by_id:
             self._soft.add_forces(model, data)
@@ -239,14 +254,30 @@ class Stepping:
             found.look()
         if stops:
             self.stops.approach(data, timestep)
-        alone = self._has_motors and self.in_turn.arrange(model, data, found)
+        alone = self._has_motors and self.in_turn.arrange(found)
+        if alone and not self._soft.by_id:
+            if compiled[5]:
+                mujoco.mj_fwdActuation(model, data)
+            if self.motors.has_spherical:
+                self.motors.apply(data, timestep, alone=True)
+            self.in_turn.finish(found)
+            self._integrate(model, data)
+            return
+        slides = not world.hard_contacts and self.sliding.slides(data)
+        self._finish(model, data, found, timestep, slides=slides, alone=alone)
+
+    def _finish(
+        self, model: Any, data: Any, found: StepRows, timestep: float, *, slides: bool, alone: bool
+    ) -> None:
+        """Execute the second half of a step, in which MuJoCo's solver has rows to solve, or soft bodies."""
+        world = self._world
         if self._has_surfaces:
-            self.surfaces.apply(model, data, found, timestep, alone=alone)
+            self.surfaces.apply(model, data, timestep, alone=alone)
+            self._has_drag = True
         if self._has_motors:
             self.motors.apply(data, timestep, alone=alone)
-        slides = not world.hard_contacts and self.sliding.slides(data)
         if slides or world.hard_contacts or self._is_bounded or world.profile.largest_velocity is not None:
-            self._solve(model, data, timestep, slides=slides, alone=alone)
+            self._solve(model, data, found, timestep, slides=slides, alone=alone)
         else:
             mujoco.mj_step2(model, data)
 
@@ -256,12 +287,16 @@ class Stepping:
             self.manifolds.forget()
         elif self.manifolds.update(model, data, found, *self.surfaces.margins_and_reaches(model, data)):
             mujoco.mj_makeConstraint(model, data)
-            mujoco.mj_island(model, data)
-            mujoco.mj_projectConstraint(model, data)
-            mujoco.mj_referenceConstraint(model, data)
-            found.look()
+            self._complete_rows(model, data, found)
         if self._windows.is_active:
             self._windows.correct_contacts(data)
+
+    def _complete_rows(self, model: Any, data: Any, found: StepRows) -> None:
+        """Make the rest of MuJoCo's arrays of constraints after its rows."""
+        mujoco.mj_island(model, data)
+        mujoco.mj_projectConstraint(model, data)
+        mujoco.mj_referenceConstraint(model, data)
+        found.look()
 
     def detect(self, model: Any, data: Any) -> None:
         """Find the contacts of the present positions, whose frames are known."""
@@ -280,14 +315,16 @@ class Stepping:
         if self._windows.is_active:
             self._windows.correct_contacts(data)
 
-    def _solve(self, model: Any, data: Any, timestep: float, *, slides: bool, alone: bool) -> None:
+    def _solve(
+        self, model: Any, data: Any, found: StepRows, timestep: float, *, slides: bool, alone: bool
+    ) -> None:
         """Execute the second half in parts, with the solver repeated where the rules require it.
 
         `alone`: robots with motors, and what touches them, have all rows.
         """
         if self._compiled is None:
             self._compiled = self._look_up(model, data)
-        _, found, qvel, qacc, limits, _ = self._compiled
+        _, _, qvel, qacc, limits, _ = self._compiled
         if self._is_bounded:
             self.constraints.free_axes(model, data)
         if slides:
@@ -295,11 +332,11 @@ class Stepping:
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
         if self._has_motors:
-            self.in_turn.solve(model, data, found, timestep)
+            self.in_turn.solve(found)
         if not alone:
             self._solve_together(model, data, timestep, slides=slides)
             if self._has_motors:
-                self.in_turn.write(data, timestep)
+                self.in_turn.write(found, timestep)
         if limits is not None:
             kernels().bound_velocity(qvel, qacc, timestep, limits)
         if slides:  # as in mj_step2
@@ -327,6 +364,7 @@ class Stepping:
     def _look_up(self, model: Any, data: Any) -> tuple[Any, ...]:
         largest = self._world.profile.largest_velocity
         limits = None if largest is None else self._gather_limits(model, largest)
+        self.in_turn.bound_velocities(limits)
         return model.opt, StepRows(data, model.nv), data.qvel, data.qacc, limits, model.nu > 0
 
     def _gather_limits(self, model: Any, usual: float) -> np.ndarray:

@@ -1,0 +1,183 @@
+"""Arrays that the solver of rows in turn works on, as arguments of compiled loops."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from roboyard.native import record
+
+(
+    TIMESTEP,
+    ERP,
+    CONTACT_ERP,
+    DEEP,
+    SLOW,
+    RESIDUAL,
+    ROUNDS,
+    IS_PRODUCT,
+    IS_COMPLIANT,
+    LIMITS_ARE_HARD,
+    CONTACTS_ARE_HARD,
+    KEEPS_POINTS,
+    SEEN,
+    IS_BOUNDED,
+    RULES,
+) = range(15)
+"""Places in `Solver.rules`."""
+WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, LINES = range(7)
+"""Rows of `Solver.lines`."""
+PAIRS, TABLE, EXTRA, NOTES = range(4)
+"""Places in `Points.notes`."""
+DENSE = 128
+"""Most rows whose influence on each other is kept as a table; so few are solved in turn wholly."""
+BLOCK = 4
+"""Rows that are changed at once; their number is rounded up to a multiple."""
+
+
+class Search(NamedTuple):
+    """Where the arrays of a step's contacts and rows are looked for; see `find_rows`."""
+
+    words: np.ndarray
+    places: np.ndarray
+    """Empty where the arrays are passed instead."""
+    counts: np.ndarray
+    """(5,) numbers of contacts and of rows: equalities, dry friction, limits, all."""
+    starts: np.ndarray
+    address: int
+    size: int
+    contact: int
+    degrees: int
+
+
+class Mechanism(NamedTuple):
+    """MuJoCo's trees of bodies, joints and degrees of freedom, and the sparse form of their inertia."""
+
+    geom_type: np.ndarray
+    geom_body: np.ndarray
+    geom_tree: np.ndarray
+    """(ngeom,) tree, -1 for what is fixed."""
+    dof_tree: np.ndarray
+    dof_joint: np.ndarray
+    dof_body: np.ndarray
+    joint_dof: np.ndarray
+    joint_type: np.ndarray
+    joint_qpos: np.ndarray
+    limits: np.ndarray
+    body_parent: np.ndarray
+    body_root: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+    tree_dof: np.ndarray
+    tree_dofs: np.ndarray
+    factor_count: np.ndarray
+    factor_start: np.ndarray
+    factor_column: np.ndarray
+    slot: np.ndarray
+    """(nv,) place of each motor in the order of solution, -1 for none."""
+    limit_slot: np.ndarray
+    """(nv,) place of each limit, which has two, -1 for none."""
+
+
+class State(NamedTuple):
+    """MuJoCo's arrays of the present step."""
+
+    qpos: np.ndarray
+    qvel: np.ndarray
+    xpos: np.ndarray
+    xmat: np.ndarray
+    xipos: np.ndarray
+    ximat: np.ndarray
+    subtree_com: np.ndarray
+    cvel: np.ndarray
+    cdof: np.ndarray
+    wrench: np.ndarray
+    passive: np.ndarray
+    bias: np.ndarray
+    applied: np.ndarray
+    actuated: np.ndarray
+    factor: np.ndarray
+    factor_inverse: np.ndarray
+    smooth_force: np.ndarray
+    smooth: np.ndarray
+    qacc: np.ndarray
+    constraint: np.ndarray
+
+
+class Points(NamedTuple):
+    """Points that pairs of convex shapes keep: two tables, of the step before and of this one."""
+
+    kinds: np.ndarray
+    keys: np.ndarray
+    counts: np.ndarray
+    points: np.ndarray
+    """(2, n, 4, 15) places in the frames of both links (m) and the contact frame."""
+    fresh: np.ndarray
+    source: np.ndarray
+    extra: np.ndarray
+    notes: np.ndarray
+    """(3,) number of pairs in the last step, its table, number of points to be added to the contacts."""
+
+
+class Surface(NamedTuple):
+    """Coefficients of geoms and links."""
+
+    friction: np.ndarray
+    restitution: np.ndarray
+    compliance: np.ndarray
+    damping: np.ndarray
+    margins: np.ndarray
+    reaches: np.ndarray
+    base: np.ndarray
+    """(nefc,) or longer: references of normals before the correction for sliding."""
+
+
+class Solver(NamedTuple):
+    """Motors, rules and work arrays."""
+
+    motors: np.ndarray
+    targets: np.ndarray
+    largest: np.ndarray
+    """(nv,) bounds of velocities."""
+    rules: np.ndarray
+    """(14,) numbers; see TIMESTEP and those that follow."""
+    taken: np.ndarray
+    places: np.ndarray
+    ends: np.ndarray
+    """(6,) ends of the five groups of rows, and the number of rows listed, -1 where others solve all."""
+    order: np.ndarray
+    jacobian: np.ndarray
+    response: np.ndarray
+    goals: np.ndarray
+    mu: np.ndarray
+    soft: np.ndarray
+    own: np.ndarray
+    step: np.ndarray
+    across: np.ndarray
+    """(nv, 132) response of each degree of freedom to the rows, of which there are few."""
+    influence: np.ndarray
+    lines: np.ndarray
+    change: np.ndarray
+    wrenches: np.ndarray
+    """(nbody, 6)."""
+
+
+SEARCH = record(Search, "i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8")
+MECHANISM = record(
+    Mechanism,
+    "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] i4[::1] i4[::1]"
+    " f8[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]",
+)
+STATE = record(
+    State,
+    "f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1]"
+    " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1]",
+)
+POINTS = record(Points, "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i8[::1]")
+SURFACE = record(Surface, "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[::1]")
+SOLVER = record(
+    Solver,
+    "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] f8[:,::1] f8[:,::1] f8[:,::1]"
+    " f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[:,::1]",
+)
