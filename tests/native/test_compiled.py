@@ -13,11 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from roboyard.native import Kernel, compiled, record
+from roboyard.native import Kernel, compiled, objects, record
 from roboyard.native.building import jit
 from roboyard.native.builtin import source_function
 from roboyard.native.called import source_of
 from roboyard.native.memory import images_can_be_loaded
+from roboyard.native.signatures import parse_signature
 
 SOURCE = """
 import sys
@@ -119,6 +120,18 @@ if __name__ == "__main__":
     loops.quarters(values, out)  # loaded before it is a part of the other
     print(out[0].tolist(), loops.total(values, out), "numba" in sys.modules)
 """
+
+
+def test_machine_code_is_stored_once_for_all_versions_of_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    loop = Kernel(_doubled, parse_signature("f8[::1]"), "f8[::1]")
+    here = objects._stored_at(loop.py_func, loop.signature)
+    monkeypatch.setattr(sys, "version_info", (3, 99, 0, "final", 0))
+    assert objects._stored_at(loop.py_func, loop.signature) == here
+
+
+def _doubled(values: Any) -> None:
+    for k in range(len(values)):
+        values[k] *= 2.0
 
 
 def test_functions_of_other_files_are_parts_of_a_loop_and_of_its_key(tmp_path: Path) -> None:

@@ -107,12 +107,15 @@ def arrays_have_the_known_layout() -> bool:
 
 
 def _stored_at(function: FunctionType, signature: Signature) -> tuple[Path, str]:
-    """Return the file of a loop's machine code, and the name of the function in it."""
+    """Return the file of a loop's machine code, and the name of the function in it.
+
+    All versions of Python execute the same code: it uses functions of Python that they all have.
+    """
     import llvmlite
 
     source = Path(function.__code__.co_filename)
     parts = (
-        *(_LAYOUT, sys.version_info[:2], np.__version__, llvmlite.__version__),
+        *(_LAYOUT, np.__version__, llvmlite.__version__),
         *(processor(), function.__name__, signature),
     )
     key = hashlib.sha256(repr(parts).encode() + b"".join(source_of(function))).hexdigest()[:16]
