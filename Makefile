@@ -34,12 +34,15 @@ demo: $(VENV)/.installed
 	$(BIN)/roboyard demo --out $(OUT) $(ARGS)
 
 test: $(VENV)/.installed-test
+	$(BIN)/python tools/compile_loops.py
 	$(BIN)/python -m pytest -n auto -m "not slow" $(ARGS)
 
 test-all: $(VENV)/.installed-all
+	$(BIN)/python tools/compile_loops.py
 	$(BIN)/python -m pytest -n auto $(ARGS)
 
 attack: $(VENV)/.installed-test
+	$(BIN)/python tools/compile_loops.py
 	$(BIN)/python -m pytest -q -n auto tests/test_attack.py tests/untrusted tests/sim/test_mjcf_hostile.py \
 	  tests/sim/test_survival.py tests/shapes/test_bounds.py tests/description/test_workspaces.py \
 	  tests/audit/test_hostile.py tests/audit/test_fuzz.py tests/pybullet/test_server_strangers.py \

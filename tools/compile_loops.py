@@ -1,0 +1,51 @@
+"""Compile all loops of the package on all cores, so that no test waits for one.
+
+    python tools/compile_loops.py
+
+Loops that are stored already are left alone. Each process takes one module after another, the largest first:
+loops of one module share the functions that they call.
+"""
+
+from __future__ import annotations
+
+import importlib
+import multiprocessing
+import os
+import re
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import roboyard
+from roboyard.native import Kernel
+
+PACKAGE = Path(roboyard.__file__).parent
+DECORATED = re.compile(r"^@(compiled|kernel)\(", re.MULTILINE)
+
+
+def main() -> None:
+    """Compile what is not stored, and say how many loops there were."""
+    start = time.monotonic()
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=multiprocessing.get_context("spawn")) as pool:
+        compiled = sum(pool.map(compile_module, modules_with_loops()))
+    print(f"{compiled} loops compiled in {time.monotonic() - start:.0f} s")
+
+
+def modules_with_loops() -> list[str]:
+    """Return the names of the modules with decorated loops, the largest first."""
+    found = [path for path in PACKAGE.rglob("*.py") if DECORATED.search(path.read_text(encoding="utf-8"))]
+    found.sort(key=lambda path: -path.stat().st_size)
+    return [".".join(("roboyard", *path.relative_to(PACKAGE).with_suffix("").parts)) for path in found]
+
+
+def compile_module(name: str) -> int:
+    """Compile the loops of a module and return how many were not stored before."""
+    loops = [value for value in vars(importlib.import_module(name)).values() if isinstance(value, Kernel)]
+    new = [loop for loop in loops if loop.__module__ == name and not loop.is_ready]
+    for loop in new:
+        loop.load()
+    return len(new)
+
+
+if __name__ == "__main__":
+    main()
