@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
@@ -16,7 +17,7 @@ from roboyard.audit.registry import CHECKS, Fault, Faults, check
 from roboyard.description.urdf.build import build_description
 from roboyard.description.urdf.parse import UrdfElements, parse_urdf
 from roboyard.errors import DescriptionError, MeshError
-from roboyard.shapes.mesh_stats import mesh_stats
+from roboyard.shapes.mesh_stats import MeshStats, mesh_stats
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -91,14 +92,19 @@ def audit_urdf(
 
 
 def read_mesh_stats(urdf: UrdfElements) -> None:
-    """Read the statistics of every mesh file that was found and is not read yet."""
-    for _, mesh in urdf.mesh_shapes:
-        path = mesh.found.path
-        if path is not None and path not in urdf.mesh_stats:
-            try:
-                urdf.mesh_stats[path] = mesh_stats(path)
-            except MeshError as error:
-                urdf.mesh_stats[path] = error
+    """Read the statistics of every mesh file that was found and is not read yet, two at a time."""
+    found = dict.fromkeys(mesh.found.path for _, mesh in urdf.mesh_shapes)
+    paths = [path for path in found if path is not None and path not in urdf.mesh_stats]
+    with ThreadPoolExecutor(max_workers=2, thread_name_prefix="meshes") as pool:
+        urdf.mesh_stats.update(zip(paths, pool.map(_mesh_stats, paths), strict=True))
+
+
+@quietly
+def _mesh_stats(path: Path) -> MeshStats | MeshError:
+    try:
+        return mesh_stats(path)
+    except MeshError as error:
+        return error
 
 
 def _findings(urdf: UrdfElements, *, of_file: bool) -> list[Finding]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from types import FunctionType
@@ -12,6 +13,9 @@ from typing import Any
 from roboyard.native import objects
 from roboyard.native.builtin import builtin_function
 from roboyard.native.signatures import Record, Signature, parse_signature
+
+_loading = threading.RLock()
+"""Held while a loop is compiled or loaded: LLVM and the files of loops are for one thread at a time."""
 
 
 class Kernel:
@@ -62,8 +66,10 @@ class Kernel:
 
     def load(self) -> Callable[..., Any]:
         """Compile the loop or load its stored code, and return the function that executes it."""
-        if self._loaded is not None:
-            return self._loaded
+        with _loading:
+            return self._loaded or self._load()
+
+    def _load(self) -> Callable[..., Any]:
         address = objects.address_of(self.py_func, self.signature)
         loaded = (
             builtin_function(self.py_func, address)

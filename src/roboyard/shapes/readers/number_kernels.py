@@ -6,7 +6,7 @@ from roboyard.native import compiled
 from roboyard.shapes.readers.obj_kernels import MOST_DIGITS, NEWLINE, RETURN, SPACE, number_at
 
 
-@compiled("u1[::1] f8[::1] i8[::1] f8[::1] -> i8")
+@compiled("u1[::1] f8[::1] i8[::1] f8[::1] -> i8", releases_gil=True)
 def read_floats(data, powers, at, values):  # pragma: no cover
     """Read numbers with blanks or line ends between them; returns how many, or -1 for a list not plain.
 
@@ -27,7 +27,7 @@ def read_floats(data, powers, at, values):  # pragma: no cover
         count += 1
 
 
-@compiled("u1[::1] i8[::1] -> i8")
+@compiled("u1[::1] i8[::1] -> i8", releases_gil=True)
 def read_integers(data, values):  # pragma: no cover
     """Read whole numbers without sign, as `read_floats`."""
     i, end, count = 0, data.shape[0], 0

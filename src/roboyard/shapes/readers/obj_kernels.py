@@ -80,7 +80,8 @@ def index_at(data, at):  # pragma: no cover
 
 
 @compiled(
-    "u1[::1] i8 f8[::1] i8[::1] i8[::1] f8[:,::1] f8[:,::1] f8[:,::1] i8[:,::1] i8[::1] i8[:,::1] -> i8"
+    "u1[::1] i8 f8[::1] i8[::1] i8[::1] f8[:,::1] f8[:,::1] f8[:,::1] i8[:,::1] i8[::1] i8[:,::1] -> i8",
+    releases_gil=True,
 )
 def read_lines(  # pragma: no cover
     data, fill, powers, at, counts, positions, uvs, normals, corners, ends, events
