@@ -109,13 +109,14 @@ def arrays_have_the_known_layout() -> bool:
 def _stored_at(function: FunctionType, signature: Signature) -> tuple[Path, str]:
     """Return the file of a loop's machine code, and the name of the function in it.
 
-    All versions of Python execute the same code: it uses functions of Python that they all have.
+    All versions of Python execute the same code: it uses functions of Python that they all have. Builds whose
+    objects are laid out in another way (debug, without the global lock) have code of their own.
     """
     import llvmlite
 
     source = Path(function.__code__.co_filename)
     parts = (
-        *(_LAYOUT, np.__version__, llvmlite.__version__),
+        *(_LAYOUT, getattr(sys, "abiflags", ""), np.__version__, llvmlite.__version__),
         *(processor(), function.__name__, signature),
     )
     key = hashlib.sha256(repr(parts).encode() + b"".join(source_of(function))).hexdigest()[:16]
