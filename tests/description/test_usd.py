@@ -252,6 +252,23 @@ def test_a_joint_to_the_world_and_one_the_other_way_round(tmp_path: Path) -> Non
     np.testing.assert_allclose(poses["arm"][:3, 3], (-0.5, 0, 1), atol=1e-9)
 
 
+@pytest.mark.parametrize("first", ["", "base"])
+@pytest.mark.parametrize("stated", [False, True])
+def test_a_joint_to_the_world_without_a_frame_there_holds_a_body_as_drawn(
+    tmp_path: Path, first: str, stated: bool
+) -> None:
+    """The body is drawn at (0, 0, 2), its joint is 0.5 above it."""
+    own, world = ("1", "0") if not first else ("0", "1")
+    inner = f"point3f physics:localPos{own} = (0, 0, 0.5)\n"
+    inner += f"point3f physics:localPos{world} = (0, 0, 0)\n" if stated else ""
+    ends = (first, "") if first else ("", "base")
+    file = stage(tmp_path, body("base", "0, 0, 2"), joint("FixedJoint", "held", *ends, inner))
+    description = load_description(file)
+    height = forward_kinematics(description, {})["base"][2, 3]
+    assert description.root.name == "world"
+    assert height == pytest.approx(-0.5 if stated else 2.0)
+
+
 def test_the_articulation_is_the_robot_and_the_rest_is_noted(tmp_path: Path) -> None:
     file = stage(
         tmp_path,

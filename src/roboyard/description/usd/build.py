@@ -5,7 +5,7 @@
 | RigidBodyAPI; its frame moved to the anchor of its joint | link |
 | joint between bodies; several free axes | joint; a chain with links without mass between |
 | the tree that ArticulationRootAPI begins, else the one with most bodies | the robot; others are omitted |
-| joint to what is no body | a root link `world` |
+| joint to what is no body | a root link `world`; the body as drawn where no frame is stated there |
 | joint outside the articulation, or one that closes a loop | loop joint |
 | joint with its bodies the other way round | turned round |
 | MassAPI; NewtonMassAPI's tensor; else density and colliders | inertial |

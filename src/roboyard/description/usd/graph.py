@@ -90,6 +90,11 @@ def joints_of(
             frames.joint_frame(prim, number, target, bodies.get(end))
             for number, (target, end) in enumerate(zip(targets, ends, strict=True))
         )
+        if _leaves_world_open(api, targets):  # then it holds the body where it is drawn, as engines take it
+            if targets[0] is None:
+                parent = frames.rigid(bodies[ends[1]]) @ child
+            else:
+                child = frames.rigid(bodies[ends[0]]) @ parent
         schemas = _schemas(prim)
         constraint = "MjcEqualityConnectAPI" in schemas or "MjcEqualityWeldAPI" in schemas
         found.append(
@@ -160,6 +165,17 @@ def groups_of(bodies: dict[str, Any], joints: list[StageJoint]) -> list[set[str]
         seen |= group
         groups.append(group)
     return groups
+
+
+def _leaves_world_open(api: Any, targets: list[Any | None]) -> bool:
+    """Return whether a joint to the world itself states no frame there."""
+    if targets[0] is None:
+        frame = api.GetLocalPos0Attr(), api.GetLocalRot0Attr()
+    elif targets[1] is None:
+        frame = api.GetLocalPos1Attr(), api.GetLocalRot1Attr()
+    else:
+        return False
+    return not any(attribute.HasAuthoredValue() for attribute in frame)
 
 
 def _target(opened: OpenStage, relation: Any) -> Any | None:
