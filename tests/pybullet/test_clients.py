@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import subprocess
 import sys
 
 import pytest
@@ -129,3 +130,25 @@ def test_engine_parameters_keep_what_was_set(client: int) -> None:
     p.setPhysicsEngineParameter(fixedTimeStep=0.02)
     assert p.getPhysicsEngineParameters()["fixedTimeStep"] == 0.02
     assert p.getPhysicsEngineParameters()["numSubSteps"] == 3
+
+
+def test_a_client_disconnects_when_python_ends() -> None:
+    """As `pybullet_utils.bullet_client` does, whose objects may go after all modules."""
+    program = """
+import builtins
+import roboyard.pybullet as p
+
+class Client:
+    def __init__(self):
+        self.number = p.connect(p.DIRECT)
+
+    def __del__(self):
+        try:
+            p.disconnect(physicsClientId=self.number)
+        except p.error:
+            pass
+
+builtins.kept = Client()
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stderr) == (0, "")

@@ -26,6 +26,8 @@ __all__ = sorted(["error", *_members, *_NAMES])  # pyright: ignore[reportUnsuppo
 def __getattr__(name: str) -> Any:
     """Return a function of the API, created on first use; raise AttributeError for any other name."""
     function = globals()[name] = _public_function(name)
+    if name == "connect":  # clients disconnect when Python ends, when nothing can be imported any more
+        globals()["disconnect"] = _public_function("disconnect")
     return function
 
 
