@@ -148,6 +148,8 @@ def run_robot(file: Path) -> dict[str, Any]:
         row["warnings"] = [text for gate in report.gates for text in gate.warnings]
         row["random"] = list(drive_at_random(registered))
     row["why"] = [f"{name}: {found[0]}" for name, found in row["failed"].items()] + row["random"]
+    if row["random"]:
+        row["why"] += [f"limits: {text}" for text in report.gate("limits").warnings]
     row["status"] = "ok" if not row["why"] else "gates" if not row["random"] else "random"
     return row
 

@@ -146,6 +146,39 @@ def test_efforts_and_speeds_of_zero_are_reported_with_the_assumed_ones() -> None
     ]
 
 
+def lying(effort: float, lower: float = -1.0, upper: float = 1.0) -> RobotDescription:
+    """Return an arm of 1 kg beside a post that it meets when it has turned by a right angle."""
+    box = "<collision><origin xyz='{}'/><geometry><box size='{}'/></geometry></collision>"
+    tensor = "<inertia ixx='.01' iyy='.01' izz='.01' ixy='0' ixz='0' iyz='0'/>"
+    mass = f"<inertial><mass value='1'/>{tensor}</inertial>"
+    return load_description(
+        f"<robot name='arm'><link name='base'>{mass}{box.format('0 0 -.1', '.1 .1 .1')}</link>"
+        f"<link name='post'>{mass}{box.format('0 0 0', '.1 .1 .3')}</link>"
+        f"<link name='arm'>{mass}{box.format('.2 0 0', '.4 .05 .05')}</link>"
+        "<joint name='stand' type='fixed'><parent link='base'/><child link='post'/>"
+        "<origin xyz='0 .3 0'/></joint>"
+        f"<joint name='turn' type='revolute'><parent link='base'/><child link='arm'/><axis xyz='0 0 1'/>"
+        f"<limit lower='{lower}' upper='{upper}' effort='{effort}' velocity='2'/></joint></robot>"
+    )
+
+
+def test_an_effort_that_is_no_motors_is_a_warning() -> None:
+    """3 kg with a diagonal of 0.72 m or less weigh 21 N m at most."""
+    assert not validate(lying(20.0), gates=["limits"]).gate("limits").warnings
+    (text,) = validate(lying(5000.0), gates=["limits"]).gate("limits").warnings
+    assert text.startswith("joint 'turn': effort limit 5000 N m is ")
+    assert 5000.0 / 21.2 < float(text.split(" N m is ")[1].split()[0]) < 5000.0 / 10.0
+    assert "of more than 2 turns" not in text
+
+
+def test_such_an_effort_over_several_turns_names_what_is_hit() -> None:
+    (text,) = validate(lying(5000.0, -10.0, 10.0), gates=["limits"]).gate("limits").warnings
+    assert "the range of 'turn', -10 to 10, is of more than 2 turns, but at " in text
+    hit = float(text.split("but at ")[1].split()[0])
+    assert abs(hit - math.pi / 2) < 0.5  # the post is 0.3 m to the left
+    assert "arm meets post" in text
+
+
 def serial(effort: float) -> RobotDescription:
     """Return two links in a row, the second with its mass 0.3 m from its hinge."""
     text = "<robot name='row'>" + link("base") + link("a") + link("b")

@@ -351,3 +351,24 @@ def test_joints_that_no_drive_holds_are_named() -> None:
     stand = {gate.name: gate for gate in stand_gates(world)}["stand"]
     assert not stand.passed
     assert "spherical" in " ".join(stand.findings)
+
+
+@pytest.mark.parametrize("reach", [-0.3, 0.3])
+def test_an_arm_that_hangs_below_its_mount_is_named_with_a_height(reach: float) -> None:
+    """A swing of 0.3 m below or above a plate: the lower one's tip lies on the floor."""
+    text = (
+        "<robot name='r'>"
+        + link("plate", "0.2 0.2 0.02")
+        + link("swing", "0.02 0.02 0.3", at=f"0 0 {reach / 2}")
+        + hinge("swinging", "plate", "swing", f"0 0 {0.02 if reach > 0 else -0.02}")
+        + "</robot>"
+    )
+    understood = {"kind": "fixed_arm", "base": "fixed"}
+    more = {"understood": understood, "options": {"fixed_base": True}}
+    start = gates(stand_gates, load_description(text), definition(), **more)["start"]
+    if reach > 0:
+        assert not start.warnings
+        return
+    (warning,) = start.warnings
+    assert warning.startswith("only swing touches the floor, which moves")
+    assert float(warning.split("(from ")[1].split(" m")[0]) == pytest.approx(0.34, abs=0.02)

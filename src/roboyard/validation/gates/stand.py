@@ -35,6 +35,10 @@ OFTEN = 0.3
 UNSEEN = 0.02
 """Least depth of a link's collision shapes below its visual ones that is named (m)."""
 ANGLES = 72
+POSTURES = 200
+"""Random postures of a robot that hangs, whose lowest point is looked for."""
+CLEAR = 0.02
+"""Room below the lowest of them (m)."""
 PRESS = 2e-3
 """Depth to which the robot is lowered to find all points on which it stands (m)."""
 
@@ -42,7 +46,7 @@ PRESS = 2e-3
 def stand_gates(test_world: TestWorld) -> tuple[Gate, ...]:
     """Measure the depth in the floor at the start, the tilt while standing, and the arms that touch it."""
     robot = test_world.robot()
-    start = _start(robot)
+    start = _start(robot, is_mounted=test_world.understood.get("base") in ("fixed", "none"))
     touching = floor_contacts(robot)
     if robot.body.is_fixed and not robot.guide_joints:
         skipped = "the base is fixed"
@@ -74,8 +78,10 @@ def _without_shapes() -> Gate:
     )
 
 
-def _start(robot: Robot) -> Gate:
-    """Return the gate of the depth in the floor; visual shapes that reach below it are warnings."""
+def _start(robot: Robot, *, is_mounted: bool) -> Gate:
+    """Return the gate of the depth in the floor; visual shapes that reach below it are warnings, and so are
+    robots that hang below their mount.
+    """
     contacts = floor_contacts(robot)
     deepest = sorted(((-float(points[:, 3].min()), link) for link, points in contacts.items()), reverse=True)
     depth = max(deepest[0][0], 0.0) if deepest else 0.0
@@ -89,6 +95,8 @@ def _start(robot: Robot) -> Gate:
             f"a visual shape reaches {visual * 1e3:.0f} mm below the floor that the robot stands on; its "
             "collision shapes are shorter than what is seen"
         )
+    if is_mounted and robot.body.is_fixed and not robot.guide_joints:
+        warnings += _hanging(robot)
     if ASSUMED_CASTERS in robot.description.link_by_name:
         warnings.append(
             "its two wheels do not carry it and the file has no caster; frictionless casters are assumed "
@@ -105,6 +113,32 @@ def _start(robot: Robot) -> Gate:
         warnings=warnings,
         advice="on_floor and position of add_robot, and the rest posture (default_joint_pos)",
     )
+
+
+def _hanging(robot: Robot) -> list[str]:
+    """Return a warning about a mounted robot of which only links that move touch the floor; empty without."""
+    description, body = robot.description, robot.body
+    rigid = [description.root.name]
+    for name in rigid:
+        rigid += [joint.child for joint in description.child_joints[name] if not joint.is_moving]
+    touching = sorted(_support(robot))
+    if not touching or not set(touching).isdisjoint(rigid):
+        return []
+    start, rest = lowest_collision(body), body.joint_positions.copy()
+    low, high = np.maximum(robot.limits.lower, -np.pi), np.minimum(robot.limits.upper, np.pi)
+    rng = np.random.default_rng(0)
+    lowest = start
+    for _ in range(POSTURES):
+        posture = rng.uniform(low, np.maximum(low, high))
+        body.joint_positions = dict(zip(robot.joint_names, posture.tolist(), strict=True))
+        lowest = min(lowest, lowest_collision(body))
+    body.joint_positions = rest
+    height = float(body.pose[0][2]) + start - lowest + CLEAR
+    return [
+        f"only {', '.join(touching[:3])} touches the floor, which moves: the robot is placed with it on the "
+        f"floor and its base above; mount it higher (from {height:.2f} m on, none of {POSTURES} postures "
+        f"reaches the floor): add_robot(..., position=(0, 0, {height:.2f}))"
+    ]
 
 
 def _stand(robot: Robot) -> tuple[Gate, Mapping[str, Array]]:
