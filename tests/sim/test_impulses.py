@@ -1,10 +1,17 @@
-"""The two ways in which rows are solved in turn give the same impulses, those of a plain loop in Python."""
+"""Rows solved in turn: both ways are a plain loop in Python, and forces alone accelerate as in MuJoCo."""
 
+from dataclasses import replace
+
+import mujoco
 import numpy as np
 import pytest
+from sim_robots import arm
 
+from roboyard.sim import World
+from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import impulse_kernels as kernels
-from roboyard.sim.stepping.impulse_records import LINES
+from roboyard.sim.stepping import kernels as step_kernels
+from roboyard.sim.stepping.impulse_records import BLOCK, LINES
 
 
 def problem(seed: int) -> dict[str, np.ndarray]:
@@ -76,13 +83,60 @@ def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, rounds: int)
         given = problem(seed)
         response, change = given["response"], np.zeros(10)
         if by_table:
-            across = np.zeros((10, 12))  # in whole blocks of four rows
+            across = np.zeros((10, BLOCK))
             across[:, :10] = response.T
             given["response"] = across
             kernels.solve_by_table(
-                *given.values(), rounds, 0.0, np.zeros((10, 12)), np.zeros((LINES, 12)), change
+                *given.values(), rounds, 0.0, np.zeros((10, BLOCK)), np.zeros((LINES, BLOCK)), change
             )
         else:
             kernels.solve_in_turn(*given.values(), rounds, 0.0, np.zeros(10), np.zeros(2), change)
         assert np.allclose(given["goals"][:, 3], expected, atol=1e-12)
         assert np.allclose(change, expected @ response, atol=1e-12)
+
+
+def test_forces_alone_accelerate_as_in_mujoco() -> None:
+    """Drag and wrenches along the trees, and the inertia's sparse factor, against MuJoCo's own functions."""
+    world = World(profile=BULLET)
+    world.add_plane()
+    whole = arm()
+    robot = world.add_description(
+        replace(whole, links=whole.links[:4], joints=whole.joints[:3]), (0, 0, 1.7), fixed_base=True
+    )
+    box = world.add_box((0.3, 0.2, 0.1), position=(2.0, 0.0, 0.3), mass=1.0)
+    for joint in robot.joints:
+        world.motors.set(joint, position=0.7, max_force=30.0)
+    for link in (*robot.links, *box.links):
+        world.surfaces.set_damping(link, 0.3, 0.2, linear_quadratic=0.1, angular_quadratic=0.4)
+    world.step(30)
+    model, data = world.live_model, world.live_data
+    data.qvel[:] = np.random.default_rng(1).normal(size=model.nv)
+    data.qfrc_applied[1], data.xfrc_applied[-1] = 0.4, (0.1, -0.2, 0.3, 0.05, 0.02, -0.07)
+    mujoco.mj_step1(model, data)
+    solver = world.stepping.in_turn
+    solver.prepare(model, data, world.timestep)
+    kernels.accelerate(solver._mechanism, solver._state, solver._surface, solver._solver)
+    ours = data.qfrc_smooth.copy(), data.qacc_smooth.copy()
+    step_kernels.add_damping(
+        *(solver._surface.damping, model.body_mass, model.body_inertia, model.body_rootid, data.cvel),
+        *(data.xipos, data.ximat, data.subtree_com, data.xfrc_applied),
+    )
+    mujoco.mj_fwdAcceleration(model, data)
+    np.testing.assert_allclose(ours[0], data.qfrc_smooth, atol=1e-12)
+    np.testing.assert_allclose(ours[1], data.qacc_smooth, atol=1e-9)
+    assert np.abs(data.qacc_smooth).min() > 1e-3
+
+
+@pytest.mark.parametrize("blocks", [1, 2])
+def test_many_efforts_are_divided_by_the_inertia_at_once(blocks: int) -> None:
+    world = World(profile=BULLET)
+    whole = arm()
+    world.add_description(replace(whole, links=whole.links[:4], joints=whole.joints[:3]), (0, 0, 1.7))
+    world.step()
+    model, data = world.live_model, world.live_data
+    solver = world.stepping.in_turn
+    across = np.random.default_rng(2).normal(size=(model.nv, BLOCK * blocks))
+    wanted = np.zeros((BLOCK * blocks, model.nv))
+    mujoco.mj_solveM(model, data, wanted, across.T.copy())
+    kernels.solve_inertia_across(solver._mechanism, solver._state, across, blocks)
+    np.testing.assert_allclose(across.T, wanted, rtol=1e-9)

@@ -104,7 +104,7 @@ def execute(  # pragma: no cover
         solver.ends[5] = -1
         motors, limits = search.counts[2], search.counts[3]
         has_only_these = search.counts[1] == 0 and (contact_count == 0 or rules[CONTACTS_ARE_HARD] > 0.0)
-        if rules[ROUNDS] > 0.0 and has_only_these and motors + limits > 0:
+        if rules[ROUNDS] > 0.0 and has_only_these:
             arrange(rows, contacts, search, mechanism, state, solver, motors + limits)
         if solver.ends[5] != count:
             return OTHERS
@@ -251,14 +251,9 @@ def solve_inertia_across(mechanism, state, across, blocks):  # pragma: no cover
 
 
 def add_line(lines, to, others, line, factor, blocks):
-    """Add a multiple of a line to another: blocks of four numbers, which one instruction changes."""
-    for block in range(blocks):
-        k = BLOCK * block
-        a = lines[to, k] + factor * others[line, k]
-        b = lines[to, k + 1] + factor * others[line, k + 1]
-        c = lines[to, k + 2] + factor * others[line, k + 2]
-        d = lines[to, k + 3] + factor * others[line, k + 3]
-        lines[to, k], lines[to, k + 1], lines[to, k + 2], lines[to, k + 3] = a, b, c, d
+    """Add a multiple of a line to another, of so many blocks of numbers."""
+    for k in range(BLOCK * blocks):
+        lines[to, k] += factor * others[line, k]
 
 
 def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma: no cover
@@ -454,8 +449,14 @@ def solve_by_table(  # pragma: no cover
                 factor = bound / np.sqrt(square)
                 x *= factor
                 y *= factor
-            worst = max(worst, push(lines, influence, n, x, blocks))
-            worst = max(worst, push(lines, influence, n + 1, y, blocks))
+            x -= lines[IMPULSE, n]
+            y -= lines[IMPULSE, n + 1]
+            if x != 0.0 or y != 0.0:
+                lines[IMPULSE, n] += x
+                lines[IMPULSE, n + 1] += y
+                for k in range(BLOCK * blocks):
+                    lines[WISH, k] -= x * influence[n, k] + y * influence[n + 1, k]
+                worst = max(worst, max((x * lines[OWN, n]) ** 2, (y * lines[OWN, n + 1]) ** 2))
         done += 1.0
         if worst <= residual:
             break

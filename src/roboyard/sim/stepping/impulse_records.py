@@ -32,8 +32,8 @@ PAIRS, TABLE, EXTRA, NOTES = range(4)
 """Places in `Points.notes`."""
 DENSE = 128
 """Most rows whose influence on each other is kept as a table; so few are solved in turn wholly."""
-BLOCK = 4
-"""Rows that are changed at once; their number is rounded up to a multiple."""
+BLOCK = 16
+"""Numbers of rows are rounded up to a multiple of it, so that loops over them have no rest."""
 
 
 class Search(NamedTuple):

@@ -3,9 +3,9 @@
 An impulse solver improves all impulses in turn and stops after a number of rounds. Where joints act on each
 other strongly, as the first and third of an arm, or motors are at their largest force, it has not arrived at
 the solution by then: with PyBullet, arms under `POSITION_CONTROL` and cars move by what the rounds leave
-over. Robots with motors are solved that way, with what touches them, and with all other bodies where there
-are few rows; all else is left to MuJoCo, as are worlds with equalities or with so many degrees of freedom
-that their Jacobian is sparse.
+over. Where there are few rows, all are solved that way; else those of robots with motors and of what touches
+them. All else is left to MuJoCo, as are worlds with equalities or with so many degrees of freedom that their
+Jacobian is sparse.
 """
 
 from __future__ import annotations

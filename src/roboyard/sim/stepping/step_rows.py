@@ -81,7 +81,7 @@ class StepRows:
 
     @property
     def words(self) -> np.ndarray:
-        """MuJoCo's block as whole numbers of eight bytes, if `is_direct`; it begins with the contacts."""
+        """(n,) MuJoCo's block as whole numbers of eight bytes, if `is_direct`; it begins with the contacts."""
         assert self._block is not None
         return self._block.words
 

@@ -166,7 +166,7 @@ class Stepping:
         if self._soft.by_id:
             self._step_in_parts(model, data)
         elif self._world.hard_contacts:  # stops are rigid, too
-            if self._has_motors and self._has_surfaces and not self._is_bounded:
+            if self._has_surfaces and not self._is_bounded:
                 self._motor_step(model, data)
             else:
                 self._attempt(model, data)
