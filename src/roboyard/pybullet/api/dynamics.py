@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard.description.model import Inertial, Plane
 from roboyard.pybullet.bullet_rules.shape_inertia import shape_moments
-from roboyard.pybullet.face.arguments import check_finite, number, vector3, whole
+from roboyard.pybullet.face.arguments import are_finite, check_finite, number, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import RIGID_BODY
@@ -94,17 +94,27 @@ def changeDynamics(
     Raises:
         error: only one of contactStiffness and contactDamping is given, or a number is not finite.
     """
-    check_finite(
-        "changeDynamics failed.",
-        mass=number(mass),
-        friction=(number(lateralFriction), number(spinningFriction), number(rollingFriction)),
-        restitution=number(restitution),
-        damping=(number(linearDamping), number(angularDamping), number(jointDamping)),
-        contactStiffness=number(contactStiffness),
-        contactDamping=number(contactDamping),
-        localInertiaDiagonal=() if localInertiaDiagonal is None else localInertiaDiagonal,
-        limits=(number(jointLowerLimit), number(jointUpperLimit)),
+    plain = (mass, lateralFriction, spinningFriction, rollingFriction, restitution, linearDamping)
+    plain += (
+        angularDamping,
+        jointDamping,
+        contactStiffness,
+        contactDamping,
+        jointLowerLimit,
+        jointUpperLimit,
     )
+    if localInertiaDiagonal is not None or not are_finite(plain):
+        check_finite(
+            "changeDynamics failed.",
+            mass=number(mass),
+            friction=(number(lateralFriction), number(spinningFriction), number(rollingFriction)),
+            restitution=number(restitution),
+            damping=(number(linearDamping), number(angularDamping), number(jointDamping)),
+            contactStiffness=number(contactStiffness),
+            contactDamping=number(contactDamping),
+            localInertiaDiagonal=() if localInertiaDiagonal is None else localInertiaDiagonal,
+            limits=(number(jointLowerLimit), number(jointUpperLimit)),
+        )
     if (number(contactStiffness) >= 0) != (number(contactDamping) >= 0):
         raise failure(
             "Both contactStiffness and contactDamping needs to be set together.",

@@ -12,6 +12,7 @@ from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.frames import inertial_pose
 from roboyard.sim.queries.rays import first_shape
 from roboyard.transforms import rotate
 
@@ -130,9 +131,8 @@ def getAABB(
     if record.soft is not None:
         nodes = record.soft.positions
         lower, upper = nodes.min(axis=0) - record.soft.radius, nodes.max(axis=0) + record.soft.radius
-    else:
-        lower, upper = _box(record, linkIndex)
-    return tuple(lower.tolist()), tuple(upper.tolist())
+        return tuple(lower.tolist()), tuple(upper.tolist())
+    return _box(scene, record, linkIndex)
 
 
 @command()
@@ -156,16 +156,19 @@ def getOverlappingObjects(
         for link in range(record.joint_count - 1, -2, -1):
             if not record.model.links[link + 1].collisions:
                 continue
-            lower, upper = _box(record, link)
-            if (lower <= high).all() and (upper >= low).all():
+            lower, upper = _box(scene, record, link)
+            if (np.array(lower) <= high).all() and (np.array(upper) >= low).all():
                 found.append((record.number, link))
     return tuple(found) or None
 
 
-def _box(record: BodyRecord, link: int) -> np.ndarray:
-    """Return the (2, 3) corners of Bullet's box around a link's shapes in the world (m)."""
+def _box(scene: PhysicsScene, record: BodyRecord, link: int) -> tuple[Triple, Triple]:
+    """Return the two (3,) corners of Bullet's box around a link's shapes in the world (m)."""
     bounds, margin = record.bounds(link)
-    return bounds.in_world(margin, *record.to_inertial(*record.body.links[link + 1].pose, link))
+    data, row = scene.world.kinematics(), record.rows[link + 1]
+    w, x, y, z = data.xquat[row].tolist()
+    frame = record.links[link + 1].frame
+    return bounds.in_world(margin, *inertial_pose(data.xpos[row].tolist(), (x, y, z, w), frame))
 
 
 def _points(values: Sequence[Vector]) -> np.ndarray:

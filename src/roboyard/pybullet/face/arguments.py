@@ -90,6 +90,15 @@ def check_finite(message: str, **given: float | Iterable[float]) -> None:
             raise failure(message, f"{name} must be finite, got {value}")
 
 
+def are_finite(values: tuple[Any, ...]) -> bool:
+    """Return whether all are finite floats, as far as one sum shows; where False, look closer."""
+    try:
+        total = sum(values)
+    except TypeError:
+        return False
+    return type(total) is float and total - total == 0.0
+
+
 def whole(value: Any) -> int:
     """Return an int; floats are rejected, as in PyBullet.
 

@@ -81,7 +81,7 @@ class StepRows:
 
     @property
     def words(self) -> np.ndarray:
-        """(n,) MuJoCo's block as whole numbers of eight bytes, if `is_direct`; it begins with the contacts."""
+        """(n,) MuJoCo's block as whole numbers of eight bytes, contacts first, if `is_direct`."""
         assert self._block is not None
         return self._block.words
 
