@@ -197,11 +197,11 @@ class Stepping:
         if compiled is None:
             compiled = self._compiled = self._look_up(model, data)
         found, in_turn = compiled[1], self.in_turn
+        timestep = compiled[0].timestep
+        self._prepare(model, data, timestep)
         if self.motors.has_spherical or compiled[5] or self._windows.is_active:
             self._attempt(model, data)
             return
-        timestep = compiled[0].timestep
-        self._prepare(model, data, timestep)
         mujoco.mj_step1(model, data)
         loops = impulse_kernels()
         answer = in_turn.execute(found, loops.KEEP, loops.SOLVE)
