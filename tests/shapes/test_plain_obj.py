@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from roboyard.shapes.load import clear_cache, load_mesh
-from roboyard.shapes.readers import plain_obj
+from roboyard.shapes.readers import read_obj
 from roboyard.shapes.readers.plain_obj import read_plain
 from roboyard.shapes.readers.read_obj import _positions, _sort_lines, _table, _triangles
 
@@ -59,7 +59,10 @@ def agrees(data: bytes) -> bool:
     np.testing.assert_array_equal(found.triangles, triangles)
     np.testing.assert_array_equal(found.face_of_triangle, owners)
     np.testing.assert_array_equal(found.face_material, face_material)
-    assert (found.materials, found.libraries, None) == (materials, libraries, colors)
+    assert (found.materials, found.libraries) == (materials, libraries)
+    assert (found.colors is None) == (colors is None)
+    if colors is not None:
+        np.testing.assert_array_equal(found.colors, colors)
     return True
 
 
@@ -68,6 +71,15 @@ def test_everything_in_a_file(ending: bytes) -> None:
     assert agrees(FILE.replace(b"\n", ending))
     assert agrees(FILE.replace(b"\n", ending).rstrip())
     assert agrees(b"")
+
+
+def test_colours_of_all_vertices() -> None:
+    colored = b"v 0 0 0 0.5 0.25 1\nv 1 0 0 1 0 0.125  \nv 0 1 0 0 0 1\nf 1 2 3\n"
+    assert agrees(colored)
+    assert agrees(colored.replace(b"\n", b"\r\n"))
+    for left in (b"v 2 2 2\n", b"v 2 2 2 0.5\n", b"v 2 2 2 1 1 1 1\n"):
+        assert read_plain(colored + left) is None
+        assert read_plain(left + colored) is None
 
 
 def test_numbers_are_exact() -> None:
@@ -114,12 +126,11 @@ def test_large_files_are_read_fast_and_alike(tmp_path, monkeypatch: pytest.Monke
     (tmp_path / "a.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n")
     (tmp_path / "a.obj").write_bytes(FILE)
     meshes = []
-    for limit in (0, 10**9):
-        monkeypatch.setattr("roboyard.shapes.readers.read_obj.LARGE", limit)
+    for answer in (True, False):
+        monkeypatch.setattr(read_obj, "is_worth_it", lambda _data, answer=answer: answer)
         clear_cache()
         meshes.append(load_mesh(tmp_path / "a.obj"))
     clear_cache()
-    assert plain_obj.LARGE > 0
     for name in ("vertices", "faces", "normals", "colors"):
         np.testing.assert_array_equal(getattr(meshes[0], name), getattr(meshes[1], name))
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.shapes.readers.parts import Floats, Indices, check_triangles
-from roboyard.shapes.readers.plain_numbers import LARGE, read_plain_numbers
+from roboyard.shapes.readers.plain_numbers import is_worth_it, read_plain_numbers
 
 _KINDS = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 
@@ -157,7 +157,7 @@ def _floats(source: ET.Element, ids: Mapping[str | None, ET.Element]) -> Floats:
 
 def _numbers(text: str, dtype: type) -> NDArray:
     """Return the (n,) numbers of a text that blanks separate."""
-    plain = read_plain_numbers(text, dtype) if len(text) >= LARGE else None
+    plain = read_plain_numbers(text, dtype) if is_worth_it(text, dtype) else None
     if plain is not None:
         return plain
     with warnings.catch_warnings():

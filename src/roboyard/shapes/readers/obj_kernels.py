@@ -80,23 +80,24 @@ def index_at(data, at):  # pragma: no cover
 
 
 @compiled(
-    "u1[::1] i8 f8[::1] i8[::1] i8[::1] f8[:,::1] f8[:,::1] f8[:,::1] i8[:,::1] i8[::1] i8[:,::1] -> i8",
+    "u1[::1] i8 f8[::1] i8[::1] i8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] "
+    "i8[:,::1] i8[::1] i8[:,::1] -> i8",
     releases_gil=True,
 )
 def read_lines(  # pragma: no cover
-    data, fill, powers, at, counts, positions, uvs, normals, corners, ends, events
+    data, fill, powers, at, counts, positions, uvs, normals, tints, corners, ends, events
 ):
     """Read the lines of an OBJ file, or count them.
 
-    data: (n,) bytes. fill: 1 to write, 0 to count. powers: (23,) of ten. at: (1,) work array. counts: (6,)
-    numbers of vertices, texture coordinates, normals, corners, faces and `usemtl` or `mtllib` lines, written.
-    positions: (v, 3). uvs: (t, 2). normals: (k, 3). corners: (c + 2, 3) zero-based vertex, texture
-    coordinate and normal of each corner, -1 for none. ends: (f,) end of each face's corners; faces of one or
-    two have none. events: (e, 4) begin and end of a line, the faces before it, 1 for `mtllib`. Returns 1, or
-    0 for a file that is not plain: tabs, continued lines, relative indices, numbers of more than 15 digits,
-    colours of vertices.
+    data: (n,) bytes. fill: 1 to write, 0 to count. powers: (23,) of ten. at: (1,) work array. counts:
+    (7,) numbers of vertices, texture coordinates, normals, corners, faces, `usemtl` or `mtllib` lines,
+    and colours of vertices, written. positions: (v, 3). uvs: (t, 2). normals: (k, 3). tints: (v or 0, 3).
+    corners: (c + 2, 3) zero-based vertex, texture coordinate and normal of each corner, -1 for none.
+    ends: (f,) end of each face's corners; faces of one or two have none. events: (e, 4) begin and end of
+    a line, the faces before it, 1 for `mtllib`. Returns 1, or 0 for a file that is not plain: tabs,
+    continued lines, relative indices, numbers of more than 15 digits, colours of some vertices only.
     """
-    for k in range(6):
+    for k in range(7):
         counts[k] = 0
     i, end = 0, data.shape[0]
     while i < end:
@@ -134,9 +135,28 @@ def read_lines(  # pragma: no cover
                         uvs[row, k] = value
                     else:
                         normals[row, k] = value
-            counts[kind] += 1
             while i < end and data[i] == SPACE:
                 i += 1
+            if kind == 0:
+                if i < end and data[i] != NEWLINE and data[i] != RETURN:
+                    if counts[6] != row:
+                        return 0
+                    for k in range(3):
+                        while i < end and data[i] == SPACE:
+                            i += 1
+                        at[0] = i
+                        value = number_at(data, at, powers)
+                        if at[0] < 0:
+                            return 0
+                        i = at[0]
+                        if fill == 1:
+                            tints[row, k] = value
+                    counts[6] += 1
+                    while i < end and data[i] == SPACE:
+                        i += 1
+                elif counts[6] > 0:
+                    return 0
+            counts[kind] += 1
             if kind == 1 and i < end and data[i] != NEWLINE and data[i] != RETURN:
                 at[0] = i
                 number_at(data, at, powers)

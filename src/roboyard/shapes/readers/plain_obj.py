@@ -6,13 +6,11 @@ import numpy as np
 
 from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
-from roboyard.native import Kernel
 from roboyard.shapes.readers.parts import Floats, Indices, check_triangles
+from roboyard.shapes.readers.worth import SMALL, is_worth
 
 kernels = lazy_module("roboyard.shapes.readers.obj_kernels")
 
-LARGE = 500_000
-"""Bytes from which a file is worth the loading of compiled loops, which are compiled once."""
 _POWERS = 10.0 ** np.arange(23)
 
 
@@ -35,26 +33,29 @@ class PlainObj:
     materials: list[str]
     """Names, the first one empty."""
     libraries: list[str]
+    colors: Floats | None
+    """(v, 4) RGBA in 0..1 where every vertex has a colour."""
+
+
+def is_worth_it(data: bytes) -> bool:
+    """Return whether compiled loops should read a file."""
+    return len(data) >= SMALL and is_worth(kernels().read_lines, len(data))
 
 
 def read_plain(data: bytes) -> PlainObj | None:
     """Return the contents of a file, or None for one that is not plain; see `obj_kernels.read_lines`.
 
-    Also None where compiled loops cannot be stored: to compile one takes longer than to read most files.
-
     Raises:
         TooManyTrianglesError: there are too many.
     """
-    text = np.frombuffer(data, dtype=np.uint8)
-    at, counts = np.zeros(1, dtype=np.int64), np.zeros(6, dtype=np.int64)
-    arrays = _arrays(counts)
     read = kernels().read_lines
-    if isinstance(read, Kernel) and not read.is_cheap:
-        return None
+    text = np.frombuffer(data, dtype=np.uint8)
+    at, counts = np.zeros(1, dtype=np.int64), np.zeros(7, dtype=np.int64)
+    arrays = _arrays(counts)
     if not read(text, 0, _POWERS, at, counts, *arrays):
         return None
     check_triangles(int(counts[3]) // 3)
-    arrays = positions, uvs, normals, corners, ends, events = _arrays(counts)
+    arrays = positions, uvs, normals, tints, corners, ends, events = _arrays(counts)
     read(text, 1, _POWERS, at, counts, *arrays)
     triangles, face_of_triangle = _fans(corners[: counts[3]], ends)
     check_triangles(len(triangles))
@@ -81,15 +82,17 @@ def read_plain(data: bytes) -> PlainObj | None:
         face_material=face_material,
         materials=materials,
         libraries=libraries,
+        colors=np.column_stack([tints, np.ones(len(tints))]) if len(tints) else None,
     )
 
 
-def _arrays(counts: Indices) -> tuple[Floats, Floats, Floats, Indices, Indices, Indices]:
-    vertices, coordinates, directions, corners, faces, events = counts.tolist()
+def _arrays(counts: Indices) -> tuple[Floats, Floats, Floats, Floats, Indices, Indices, Indices]:
+    vertices, coordinates, directions, corners, faces, events, colors = counts.tolist()
     return (
         np.empty((vertices, 3)),
         np.empty((coordinates, 2)),
         np.empty((directions, 3)),
+        np.empty((colors, 3)),
         np.empty((corners + 2, 3), dtype=np.int64),  # a line's corners are written before they are dropped
         np.empty(faces, dtype=np.int64),
         np.empty((events, 4), dtype=np.int64),

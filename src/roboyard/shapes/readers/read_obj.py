@@ -23,7 +23,7 @@ from roboyard.shapes.readers.parts import (
     check_triangles,
     part_from_corners,
 )
-from roboyard.shapes.readers.plain_obj import LARGE, read_plain
+from roboyard.shapes.readers.plain_obj import is_worth_it, read_plain
 from roboyard.shapes.readers.read_mtl import SurfaceMaterial, read_mtl
 
 _KEYWORDS = (b"v", b"vn", b"vt", b"f", b"usemtl", b"mtllib")
@@ -55,9 +55,9 @@ class _Lines:
 
 def read_obj(data: bytes, file: Path) -> list[Part]:
     """Return one part for each material in use (m)."""
-    plain = read_plain(data) if len(data) >= LARGE else None
+    plain = read_plain(data) if is_worth_it(data) else None
     if plain is not None:
-        positions, uv, normals, vertex_colors = plain.positions, plain.uvs, plain.normals, None
+        positions, uv, normals, vertex_colors = plain.positions, plain.uvs, plain.normals, plain.colors
         triangles, material = plain.triangles, plain.face_material[plain.face_of_triangle]
         names, libraries = plain.materials, plain.libraries
     else:
