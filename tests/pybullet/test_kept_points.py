@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -110,3 +112,31 @@ def test_contacts_that_become_more_and_fewer_have_room(client: int) -> None:
             points = p.getContactPoints(hull)
             assert 3 <= len(points) <= 4
             assert sum(point[9] for point in points) == pytest.approx(9.81, rel=0.02)
+
+
+WHEEL = """<robot name="wheel"><link name="w"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><cylinder radius="0.05" length="0.04"/></geometry></collision></link></robot>"""
+FLOOR = """<robot name="floor"><link name="f"><inertial><mass value="0"/>
+<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial><collision><origin xyz="0 0 -0.5"/>
+<geometry><box size="10 10 1"/></geometry></collision></link></robot>"""
+
+
+def test_a_wheel_of_a_file_rolls_on_the_edges_of_a_prism(client: int, tmp_path: Path) -> None:
+    """The places after 20 and 60 steps, and the contacts' distance, are real PyBullet's."""
+    for name, text in (("wheel", WHEEL), ("floor", FLOOR)):
+        (tmp_path / f"{name}.urdf").write_text(text, encoding="utf-8")
+    p.setGravity(0, 0, -9.81)
+    p.loadURDF(str(tmp_path / "floor.urdf"), useFixedBase=True)
+    wheel = p.loadURDF(str(tmp_path / "wheel.urdf"), [0, 0, 0.0515], [0.5**0.5, 0, 0, 0.5**0.5])
+    p.resetBaseVelocity(wheel, [0.5, 0, 0], [0, 10, 0])
+    places = []
+    for step in range(1, 61):
+        p.stepSimulation()
+        places += [c[6][0] for c in p.getContactPoints(wheel) if c[9] > 0.0]
+        if step == 20:
+            assert abs(p.getBasePositionAndOrientation(wheel)[0][0] - 0.04094) < 3e-4
+    assert abs(p.getBasePositionAndOrientation(wheel)[0][0] - 0.11662) < 1.5e-3
+    gaps = np.diff(np.sort(places))
+    apart = gaps[gaps > 1e-3]
+    assert len(apart) >= 9 and apart.min() > 0.8 * 2 * np.pi * 0.05 / 32

@@ -140,3 +140,25 @@ def test_many_efforts_are_divided_by_the_inertia_at_once(blocks: int) -> None:
     mujoco.mj_solveM(model, data, wanted, across.T.copy())
     kernels.solve_inertia_across(solver._mechanism, solver._state, across, blocks)
     np.testing.assert_allclose(across.T, wanted, rtol=1e-9)
+
+
+def test_sliding_rows_are_those_of_points_between_the_margins() -> None:
+    world = World(profile=BULLET)
+    world.add_plane()
+    box = world.add_box((0.3, 0.2, 0.1), position=(0.0, 0.0, 0.0515), mass=1.0)
+    world.surfaces.margins_of = lambda: 0.002 * (world.live_model.geom_type == int(mujoco.mjtGeom.mjGEOM_BOX))
+    world.step(3)
+    model, data = world.live_model, world.live_data
+    data.qvel[:] = np.random.default_rng(3).normal(size=model.nv)
+    mujoco.mj_step1(model, data)
+    found, solver = world.stepping._compiled[1], world.stepping.in_turn
+    points = data.contact.pos - 0.001 * data.contact.frame[:, :3]
+    assert solver.arrange(found) and data.ncon >= 4
+    made, row = solver._solver, int(box.mujoco_ids[0])
+    for n in range(made.ends[3], made.ends[4]):
+        contact = int(np.flatnonzero(data.contact.efc_address == made.order[made.order[n, 3], 0])[0])
+        axis = data.contact.frame[contact].reshape(3, 3)[1 + (n - made.ends[3]) % 2]
+        jacobian = np.zeros((3, model.nv))
+        mujoco.mj_jac(model, data, jacobian, None, points[contact], row)
+        np.testing.assert_allclose(made.jacobian[n], axis @ jacobian, atol=1e-12)
+        np.testing.assert_allclose(data.efc_vel[made.order[n, 0]], axis @ jacobian @ data.qvel, atol=1e-12)

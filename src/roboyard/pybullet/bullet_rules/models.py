@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import field, replace
-from functools import partial
+from functools import cache, partial
 
 from roboyard._records import dataclass
 from roboyard.description.mass_properties import mass_properties
@@ -28,8 +28,10 @@ from roboyard.pybullet.bullet_rules.mesh_objects import split_objects
 from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, link_bounds
 from roboyard.pybullet.bullet_rules.shape_inertia import Moments, shape_moments
 from roboyard.pybullet.face import constants as c
+from roboyard.shapes.primitives import cylinder
 
 MASS_WITHOUT_INERTIAL = 1.0
+CYLINDER_SIDES = 32
 STATIC_LINK_NAME = "world"
 MomentsOf = Callable[[float, Pose, tuple[Collision, ...]], Moments]
 """Function from mass (kg), inertial frame and shapes of a link to moments (kg m²)."""
@@ -128,7 +130,7 @@ def bullet_model(
     return BodyModel(
         name=description.name,
         links=links,
-        description=world_description(description, links),
+        description=world_description(description, links, hull_cylinders=not implicit),
         fixed_base=is_fixed,
         implicit_cylinder=implicit,
         bounds_of=bounds_of,
@@ -136,20 +138,45 @@ def bullet_model(
     )
 
 
-def world_description(description: RobotDescription, links: Sequence[LinkModel]) -> RobotDescription:
-    """Return the description that the World builds: Bullet's masses and joints, in Bullet's link order."""
+def world_description(
+    description: RobotDescription, links: Sequence[LinkModel], *, hull_cylinders: bool = False
+) -> RobotDescription:
+    """Return the description that the World builds: Bullet's masses and joints, in Bullet's link order.
+
+    Args:
+        description: robot.
+        links: Bullet's links.
+        hull_cylinders: whether cylinders collide as prisms, on whose edges wheels roll.
+    """
     source = description.link_by_name
+    shapes_of = _with_prisms if hull_cylinders else split_objects
     made = tuple(
         replace(
             source[link.name],
             inertial=_inertial(link),
-            collisions=split_objects(link.collisions),
+            collisions=shapes_of(link.collisions),
             visuals=link.visuals or _default_visuals(link.collisions),
         )
         for link in links
     )
     joints = tuple(link.joint for link in links if link.joint is not None)
     return replace(description, links=made, joints=joints)
+
+
+def _with_prisms(collisions: tuple[Collision, ...]) -> tuple[Collision, ...]:
+    """Return the shapes of `split_objects` with Bullet's prisms in place of cylinders."""
+    return tuple(
+        replace(shape, geometry=_prism(shape.geometry.radius, shape.geometry.length))
+        if isinstance(shape.geometry, Cylinder)
+        else shape
+        for shape in split_objects(collisions)
+    )
+
+
+@cache
+def _prism(radius: float, length: float) -> Mesh:
+    """Return the hull that Bullet makes of a file's cylinder."""
+    return Mesh(uri="cylinder", path=None, data=cylinder(radius, length, CYLINDER_SIDES))
 
 
 def _default_visuals(collisions: tuple[Collision, ...]) -> tuple[Visual, ...]:

@@ -105,7 +105,7 @@ def execute(  # pragma: no cover
         motors, limits = search.counts[2], search.counts[3]
         has_only_these = search.counts[1] == 0 and (contact_count == 0 or rules[CONTACTS_ARE_HARD] > 0.0)
         if rules[ROUNDS] > 0.0 and has_only_these:
-            arrange(rows, contacts, search, mechanism, state, solver, motors + limits)
+            arrange(rows, contacts, search, mechanism, state, surface, solver, motors + limits)
         if solver.ends[5] != count:
             return OTHERS
     if last >= ASK and first <= ASK:
@@ -118,8 +118,8 @@ def execute(  # pragma: no cover
     return DONE
 
 
-def arrange(rows, contacts, search, mechanism, state, solver, wanted):  # pragma: no cover
-    """Choose the trees to solve, list their rows and copy their Jacobian.
+def arrange(rows, contacts, search, mechanism, state, surface, solver, wanted):  # pragma: no cover
+    """Choose the trees to solve, list their rows and copy their Jacobian, for contacts on their surfaces.
 
     wanted: number of rows of motors and limits. The number of rows listed becomes the sixth of `ends`, -1
     where a row is of another kind.
@@ -143,6 +143,44 @@ def arrange(rows, contacts, search, mechanism, state, solver, wanted):  # pragma
         for d in range(width):
             solver.jacobian[n, d] = rows.jacobian[start + d]
     solver.ends[5] = found
+    velocity = rows.velocity[at[7] : at[7] + count]
+    slide_on_margins(geom, address, contacts, mechanism, state, surface, solver, velocity)
+
+
+def slide_on_margins(  # pragma: no cover
+    geom, address, contacts, mechanism, state, surface, solver, velocity
+):
+    """Move the contacts' sliding rows from between MuJoCo's shapes to between the surfaces.
+
+    These lie outside the shapes by margins: a wheel whose hull has one rolls on a radius larger by it. The
+    rows' velocities change, too.
+    """
+    jacobian, order, tree, frame = solver.jacobian, solver.order, mechanism.geom_tree, contacts.frame
+    n = solver.ends[3]
+    for i in range(geom.shape[0]):
+        if address[i] < 0 or geom[i, 0] < 0 or geom[i, 1] < 0 or contacts.dim[i] < 3:
+            continue
+        a, b = tree[geom[i, 0]], tree[geom[i, 1]]
+        if not ((a >= 0 and solver.taken[a] == 1) or (b >= 0 and solver.taken[b] == 1)):
+            continue
+        shift = 0.5 * (surface.margins[geom[i, 0]] - surface.margins[geom[i, 1]])
+        for k in range(2 if shift != 0.0 else 0):
+            t = 3 + 3 * k
+            x = shift * (frame[i, 1] * frame[i, t + 2] - frame[i, 2] * frame[i, t + 1])
+            y = shift * (frame[i, 2] * frame[i, t] - frame[i, 0] * frame[i, t + 2])
+            z = shift * (frame[i, 0] * frame[i, t + 1] - frame[i, 1] * frame[i, t])
+            for side in range(2):
+                body = mechanism.geom_body[geom[i, side]]
+                while body > 0:
+                    first = mechanism.body_dof[body]
+                    for d in range(first, first + mechanism.body_dofs[body]):
+                        more = x * state.cdof[d, 0] + y * state.cdof[d, 1] + z * state.cdof[d, 2]
+                        if side == 0:
+                            more = -more
+                        jacobian[n + k, d] += more
+                        velocity[order[n + k, 0]] += more * state.qvel[d]
+                    body = mechanism.body_parent[body]
+        n += 2
 
 
 def ask_of_rows(rows, contacts, search, state, surface, solver, remade):  # pragma: no cover

@@ -67,6 +67,8 @@ class Mechanism(NamedTuple):
     limits: np.ndarray
     body_parent: np.ndarray
     body_root: np.ndarray
+    body_dof: np.ndarray
+    body_dofs: np.ndarray
     mass: np.ndarray
     inertia: np.ndarray
     tree_dof: np.ndarray
@@ -167,7 +169,7 @@ SEARCH = record(Search, "i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8")
 MECHANISM = record(
     Mechanism,
     "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] i4[::1] i4[::1]"
-    " f8[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]",
+    " i4[::1] i4[::1] f8[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]",
 )
 STATE = record(
     State,

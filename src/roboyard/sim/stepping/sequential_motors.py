@@ -205,6 +205,8 @@ def _mechanism(model: Any, bodies: list[Body]) -> tuple[r.Mechanism, int]:
             limits=model.jnt_range,
             body_parent=model.body_parentid,
             body_root=model.body_rootid,
+            body_dof=model.body_dofadr,
+            body_dofs=model.body_dofnum,
             mass=model.body_mass,
             inertia=model.body_inertia,
             tree_dof=model.tree_dofadr,
