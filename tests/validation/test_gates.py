@@ -163,7 +163,7 @@ def lying(effort: float, lower: float = -1.0, upper: float = 1.0) -> RobotDescri
 
 
 def test_an_effort_that_is_no_motors_is_a_warning() -> None:
-    """3 kg with a diagonal of 0.72 m or less weigh 21 N m at most."""
+    """The weight of 3 kg at a diagonal of 0.72 m or less is a torque of 21 N m at most."""
     assert not validate(lying(20.0), gates=["limits"]).gate("limits").warnings
     (text,) = validate(lying(5000.0), gates=["limits"]).gate("limits").warnings
     assert text.startswith("joint 'turn': effort limit 5000 N m is ")

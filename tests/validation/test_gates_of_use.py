@@ -355,7 +355,7 @@ def test_joints_that_no_drive_holds_are_named() -> None:
 
 @pytest.mark.parametrize("reach", [-0.3, 0.3])
 def test_an_arm_that_hangs_below_its_mount_is_named_with_a_height(reach: float) -> None:
-    """A swing of 0.3 m below or above a plate: the lower one's tip lies on the floor."""
+    """A swing of 0.3 m below or above a plate: the lower one's tip touches the floor."""
     text = (
         "<robot name='r'>"
         + link("plate", "0.2 0.2 0.02")
