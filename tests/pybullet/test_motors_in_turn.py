@@ -111,9 +111,9 @@ def test_a_robot_on_wheels_keeps_its_weight_on_the_ground(client: int, tmp_path:
 
 
 def test_equals_swap_places_in_the_quicksort() -> None:
-    items = [(0, k, False) for k in range(4)]
+    items = [(0, k, 0) for k in range(4)]
     quicksort(items)
     assert [dof for _, dof, _ in items] == [2, 3, 0, 1]  # by hand: two swaps, then one in each half
-    items = [(2, 0, False), (0, 1, False), (1, 2, True), (0, 3, False)]
+    items = [(2, 0, 0), (0, 1, 0), (1, 2, 1), (0, 3, 0)]
     quicksort(items)
     assert [key for key, _, _ in items] == [0, 0, 1, 2]

@@ -10,6 +10,17 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
+from roboyard.pybullet.client import Client
+from roboyard.pybullet.connections import CLIENTS
+
+WHEELS = "".join(
+    f"""<link name="{name}"><inertial><mass value="1"/>
+<inertia ixx="{inertia}" ixy="0" ixz="0" iyy="{inertia}" iyz="0" izz="{inertia}"/></inertial></link>
+<joint name="j{name}" type="continuous"><parent link="base"/><child link="{name}"/>
+<axis xyz="0 0 1"/><origin xyz="{place} 0 0"/></joint>"""
+    for place, (name, inertia) in enumerate((("a", 0.01), ("b", 0.03), ("c", 0.02)))
+)
+WHEELS = f'<robot name="wheels"><link name="base"/>{WHEELS}</robot>'
 
 
 def box(p: Any, at: tuple[float, float, float], mass: float = 1.0) -> int:
@@ -57,6 +68,100 @@ def record_constraint_errors(p: Any, folder: Path) -> Any:
         message_of(lambda: p.changeConstraint(9, [0, 0, 0])),
         message_of(lambda: p.createConstraint(77, -1, a, -1, p.JOINT_FIXED, [0] * 3, [0] * 3, [0] * 3)),
     ]
+
+
+def record_constraints_in_turn(p: Any, folder: Path) -> Any:
+    """Poses and constraints' forces after 1, 11 and 71 steps: a case for each way rows of constraints act."""
+    found = {}
+
+    def follow(name: str, constraint: int, *bodies: int) -> None:
+        for steps in (1, 10, 60):
+            for _ in range(steps):
+                p.stepSimulation()
+            poses = [p.getBasePositionAndOrientation(body) for body in bodies]
+            found.setdefault(name, []).append([poses, p.getConstraintState(constraint)])
+
+    def start() -> int:
+        p.resetSimulation()
+        p.setGravity(0, 0, -10)
+        return box(p, (0, 0, 1), 2.0)
+
+    hung = start()
+    follow(
+        "hung off its centre",
+        p.createConstraint(hung, -1, -1, -1, p.JOINT_POINT2POINT, [0] * 3, [0.1, 0, 0.1], [0.1, 0, 1.1]),
+        hung,
+    )
+    pulled = start()
+    follow(
+        "pulled by more than 500 N",
+        p.createConstraint(pulled, -1, -1, -1, p.JOINT_POINT2POINT, [0] * 3, [0, 0, 0.1], [0.02, 0, 1.15]),
+        pulled,
+    )
+    for force in (15.0, 60.0):  # less than the weight, and more
+        held = start()
+        hand = box(p, (0, 0, 1.3), 0.0)
+        weld = p.createConstraint(hand, -1, held, -1, p.JOINT_FIXED, [0] * 3, [0, 0, -0.15], [0.02, 0, 0.15])
+        p.changeConstraint(weld, maxForce=force)
+        follow(f"held by {force} N", weld, held)
+    turned = start()
+    weld = p.createConstraint(turned, -1, -1, -1, p.JOINT_FIXED, [0] * 3, [0] * 3, [0, 0, 1])
+    p.changeConstraint(weld, [0.1, 0, 1.0], [0, 0, 0.6, 0.8], maxForce=50)
+    follow("a frame that jumps", weld, turned)
+    rail = start()
+    p.setGravity(0, 0, 0)
+    cart = box(p, (0.5, 0, 1))
+    p.resetBaseVelocity(cart, [0.5, 0, 0])
+    slide = p.createConstraint(rail, -1, cart, -1, p.JOINT_PRISMATIC, [1, 0, 0], [0.5, 0, 0.01], [0] * 3)
+    follow("a slide", slide, rail, cart)
+    return found
+
+
+def record_gears_in_turn(p: Any, folder: Path) -> Any:
+    """Joint states after 1, 11 and 71 steps of three wheels, the first two with a gear, all with motors."""
+    (folder / "wheels.urdf").write_text(WHEELS)
+    found = []
+    held = {"erp": 0.5, "relativePositionTarget": 0.25}
+    for changes in ({}, held, {"gearAuxLink": 2}, {"maxForce": 0.125}):
+        p.resetSimulation()
+        body = p.loadURDF(str(folder / "wheels.urdf"), useFixedBase=True, flags=p.URDF_USE_INERTIA_FROM_FILE)
+        for joint, (velocity, force) in enumerate(((3, 0.5), (0, 0), (1, 0.25))):
+            p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, targetVelocity=velocity, force=force)
+        gear = p.createConstraint(body, 0, body, 1, p.JOINT_GEAR, [0, 0, 1], [0] * 3, [0] * 3)
+        p.changeConstraint(gear, gearRatio=-2)
+        if changes:
+            p.changeConstraint(gear, **changes)
+        for steps in (1, 10, 60):
+            for _ in range(steps):
+                p.stepSimulation()
+            states = [state[:2] for state in p.getJointStates(body, range(3))]
+            found.append([states, p.getConstraintState(gear)])
+    return found
+
+
+def test_constraints_move_bodies_as_pybullets(agrees: Any) -> None:
+    agrees(record_constraints_in_turn, 2e-5)
+
+
+def test_gears_turn_wheels_as_pybullets(agrees: Any) -> None:
+    agrees(record_gears_in_turn, 2e-5)
+
+
+@pytest.mark.parametrize("kind", [p.JOINT_POINT2POINT, p.JOINT_FIXED])
+def test_what_hangs_pulls_by_its_weight_and_is_solved_in_turn(client: int, kind: int) -> None:
+    p.setGravity(0, 0, -10)
+    body = box(p, (0, 0, 1), 3.0)
+    constraint = p.createConstraint(body, -1, -1, -1, kind, [0] * 3, [0, 0, 0.1], [0, 0, 1.1])
+    settle(40)
+    force = p.getConstraintState(constraint)
+    sign = -1.0 if kind == p.JOINT_POINT2POINT else 1.0
+    np.testing.assert_allclose(force[:3], (0.0, 0.0, sign * 30.0), atol=1e-6)
+    here = CLIENTS[client]
+    assert isinstance(here, Client)
+    data = here.scene.world.live_data
+    data.solver_niter[:] = -1
+    settle(1)
+    assert (data.solver_niter == -1).all(), "MuJoCo's solver has nothing to do"
 
 
 @pytest.mark.parametrize("scenario", [record_constraint_info, record_constraint_ids])

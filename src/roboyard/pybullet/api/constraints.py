@@ -22,8 +22,6 @@ _FAILED = "createConstraint failed."
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
 _UNSET_FORCE = -1.0
 _ROWS = {c.JOINT_FIXED: 6, c.JOINT_PRISMATIC: 5, c.JOINT_POINT2POINT: 3, c.JOINT_GEAR: 1}
-_FREE_ROW = 2
-"""Row of a prismatic constraint along its axis, which Bullet does not report."""
 
 
 @command()
@@ -125,7 +123,7 @@ def changeConstraint(
     if jointChildFrameOrientation is not None:
         record.child_orientation = _unit(jointChildFrameOrientation)
     if number(maxForce) >= 0.0:
-        record.max_force = float(maxForce)
+        record.max_force, record.is_bounded = float(maxForce), True
         constraints.set_max_force(record.made, maxForce)
     _change_gear(client, record, gearRatio, gearAuxLink, relativePositionTarget, erp)
     if record.kind != c.JOINT_GEAR and (
@@ -205,7 +203,8 @@ def getConstraintInfo(client: Client, constraintUniqueId: int) -> tuple[Any, ...
 def getConstraintState(client: Client, constraintUniqueId: int) -> tuple[float, ...]:
     """Return the forces (N) and torques (N m) of a constraint in the last step; zeros before the first step.
 
-    They act on the parent, except those of a point-to-point constraint, which act on the child.
+    They act on the parent, except those of a point-to-point constraint, which act on the child. Those of a
+    prismatic constraint are two forces across its axis and the torques about z, x and y.
 
     Raises:
         error: the constraint does not exist.
@@ -220,7 +219,8 @@ def getConstraintState(client: Client, constraintUniqueId: int) -> tuple[float, 
     if not forces:
         return (0.0,) * _ROWS[record.kind]
     if record.kind == c.JOINT_PRISMATIC:
-        del forces[_FREE_ROW]
+        x, y, _, *turns = forces
+        forces = [x, y, turns[2], *turns[:2]]
     sign = -1.0 if record.kind == c.JOINT_POINT2POINT else 1.0
     return tuple(sign * force + 0.0 for force in forces)
 

@@ -27,6 +27,9 @@ def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
     """
     constraints = scene.world.constraints
     remove(scene, record)
+    bound = record.max_force
+    if not record.is_bounded:  # Bullet takes the number as the impulse of a step then
+        bound /= scene.world.timestep
     if record.kind == c.JOINT_GEAR:
         aux_link, ratio = record.gear_aux_link, record.gear_ratio or 1.0
         aux = None if aux_link is None else _joint(scene, (record.parent[0], aux_link))
@@ -35,8 +38,9 @@ def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
             _joint(scene, record.child),
             ratio,
             against=aux,
-            max_force=record.max_force,
+            max_force=bound,
         )
+        record.made.share = record.erp
         if record.erp != 0.0:
             constraints.set_gear(record.made, ratio, record.relative_position_target)
         return
@@ -46,7 +50,7 @@ def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
     position_b, orientation_b = child_frame(scene, record)
     if record.kind == c.JOINT_POINT2POINT:
         record.made = constraints.add_point(
-            link_a, link_b, position_a=position_a, position_b=position_b, max_force=record.max_force
+            link_a, link_b, position_a=position_a, position_b=position_b, max_force=bound
         )
     elif record.kind == c.JOINT_FIXED:
         record.made = constraints.add_weld(
@@ -56,7 +60,7 @@ def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
             orientation_a=orientation_a,
             position_b=position_b,
             orientation_b=orientation_b,
-            max_force=record.max_force,
+            max_force=bound,
         )
     elif record.kind == c.JOINT_PRISMATIC:
         record.made = constraints.add_slide(
@@ -67,7 +71,7 @@ def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
             orientation_a=orientation_a,
             position_b=position_b,
             orientation_b=orientation_b,
-            max_force=record.max_force,
+            max_force=bound,
         )
     else:
         raise RoboyardError(

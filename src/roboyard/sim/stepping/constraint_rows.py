@@ -14,14 +14,17 @@ import numpy as np
 from roboyard.transforms import Array
 
 BOUND_ROUNDS = 3
+PARALLEL = 1e-3
+"""Sine of the angle between directions below which they are parallel."""
 
 
-def free_axis(model: Any, data: Any, equality: int, site_a: int, site_b: int, axis: Array) -> None:
+def free_axis(
+    model: Any, data: Any, equality: int, site_a: int, site_b: int, axis: Array, *, follows: bool = True
+) -> None:
     """Free a weld's second frame along an axis fixed in the first, between the halves of a step.
 
     A weld constrains three distances along world axes. They become distances along two directions across the
-    axis, measured at the second frame's origin (so that it follows when the first body turns), and an empty
-    row for the axis itself.
+    axis and an empty row for the axis itself.
 
     Args:
         model: MjModel.
@@ -30,13 +33,17 @@ def free_axis(model: Any, data: Any, equality: int, site_a: int, site_b: int, ax
         site_a: the frame in which the axis is fixed.
         site_b: the frame that slides.
         axis: (3,) unit, in the axes of site_a.
+        follows: whether distances are measured at the second frame's origin, so that it follows when the
+            first body turns; else at each body's own, as Bullet does, and the difference is an error.
     """
     rows = np.flatnonzero(data.efc_id[: data.ne] == equality)[:3]
     if len(rows) < 3:
         return
     at = data.site_xpos[site_b].copy()
-    directions = across(data.site_xmat[site_a].reshape(3, 3) @ axis)
-    jacobian = _velocity_of(model, data, site_a, at) - _velocity_of(model, data, site_b, at)
+    here = at if follows else data.site_xpos[site_a].copy()
+    frame = data.site_xmat[site_a].reshape(3, 3)
+    directions = across(frame @ axis, frame)
+    jacobian = _velocity_of(model, data, site_a, here) - _velocity_of(model, data, site_b, at)
     distance = data.site_xpos[site_a] - at
     for row, direction in zip(rows, directions, strict=True):
         values = direction @ jacobian
@@ -104,11 +111,15 @@ def _row(model: Any, data: Any, row: int) -> tuple[slice, Any]:
     return slice(row * model.nv, (row + 1) * model.nv), slice(None)
 
 
-def across(axis: Array) -> Array:
-    """Return (3, 3) rows: two unit directions across an axis (3,), and zeros for the axis itself."""
-    helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    first = np.cross(axis, helper)
-    first /= np.linalg.norm(first)
+def across(axis: Array, frame: Array) -> Array:
+    """Return (3, 3) rows: two unit directions across an axis (3,), and zeros for the axis itself.
+
+    The first is across the first column of a frame (3, 3), too, that is not along the axis.
+    """
+    crosses = np.cross(frame.T, axis)
+    lengths = np.linalg.norm(crosses, axis=1)
+    column = int(np.argmax(lengths > PARALLEL))
+    first = crosses[column] / lengths[column]
     return np.stack([first, np.cross(axis, first), np.zeros(3)]).astype(float)
 
 

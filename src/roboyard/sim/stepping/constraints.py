@@ -21,6 +21,8 @@ from roboyard.transforms import Array, normalized, to_wxyz
 Kind = Literal["weld", "slide", "point", "gear"]
 STIFF_SOLREF = (0.005, 1.0)
 STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
+LARGEST_FORCE = 1e10
+"""Largest force of a constraint without a bound (N or N m), where rows are solved in turn."""
 CORRECTION = 0.2
 """Share of a bounded constraint's error corrected in a step. It requests a velocity, so that a bound that is
 too low to brake in time cannot make it oscillate."""
@@ -44,6 +46,8 @@ class Constraint:
     """Unit axis (3,) of a slide, in the frame of link_a."""
     tendon: Any = None
     """The tendon of a gear with a third joint."""
+    share: float = 1.0
+    """Share of the profile's error reduction, where rows are solved in turn; 0 holds velocities alone."""
 
 
 class Constraints:
@@ -58,6 +62,11 @@ class Constraints:
 
     def __len__(self) -> int:
         return len(self._by_id)
+
+    @property
+    def has_slides(self) -> bool:
+        """Whether any constraint has an axis that steps must free."""
+        return any(constraint.axis is not None for constraint in self._by_id.values())
 
     @property
     def is_bounded(self) -> bool:
@@ -386,6 +395,45 @@ class Constraints:
                 pull = (-CORRECTION * most**2 / timestep**2, -most / timestep)
                 model.eq_solref[constraint.element.id] = pull
 
+    def trees(self, model: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return what the solver of rows in turn needs to know of all equalities.
+
+        Returns:
+            (neq, 2) kinematic trees, -1 for none, -2 for equalities that are not of these constraints;
+            (neq,) degree of freedom of a gear's third joint, -1 for none; (neq, 2) sites of the frames, -1
+            for none.
+        """
+        trees = np.full((model.neq, 2), -2, np.int32)
+        aux, places = np.full(model.neq, -1, np.int32), np.full((model.neq, 2), -1, np.int32)
+        for constraint in self._by_id.values():
+            equality = constraint.element.id
+            if constraint.tendon is not None:
+                first = model.tendon_adr[constraint.tendon.id]
+                dofs = model.jnt_dofadr[model.wrap_objid[first : first + 3]]
+                aux[equality] = dofs[2]
+                found = model.dof_treeid[dofs[:2]]
+            elif constraint.kind == "gear":
+                joints = model.eq_obj1id[equality], model.eq_obj2id[equality]
+                found = model.dof_treeid[model.jnt_dofadr[list(joints)]]
+            else:
+                sites = [model.eq_obj1id[equality], model.eq_obj2id[equality]]
+                found = model.body_treeid[model.site_bodyid[sites]]
+                places[equality] = sites
+            trees[equality] = found
+        return trees, aux, places
+
+    def bounds_and_shares(self, model: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return (neq, 2) bounds of rows, the last three of a weld's apart, and (neq,) shares.
+
+        The bounds are in the rows' units, of which a weld's last are half angles.
+        """
+        bounds, shares = np.full((model.neq, 2), LARGEST_FORCE), np.ones(model.neq)
+        for constraint in self._by_id.values():
+            force, equality = min(constraint.max_force, LARGEST_FORCE), constraint.element.id
+            bounds[equality] = force, 2.0 * force
+            shares[equality] = constraint.share
+        return bounds, shares
+
     def free_axes(self, model: Any, data: Any) -> None:
         """Free slides along their axes, between the halves of a step."""
         for constraint in self._by_id.values():
@@ -397,6 +445,7 @@ class Constraints:
                     constraint.site_a.id,
                     constraint.site_b.id,
                     constraint.axis,
+                    follows=not self._world.hard_contacts,
                 )
 
     def bound_forces(self, model: Any, data: Any) -> None:

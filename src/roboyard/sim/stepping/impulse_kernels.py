@@ -102,10 +102,9 @@ def execute(  # pragma: no cover
         return DONE
     if first <= ARRANGE:
         solver.ends[5] = -1
-        motors, limits = search.counts[2], search.counts[3]
-        has_only_these = search.counts[1] == 0 and (contact_count == 0 or rules[CONTACTS_ARE_HARD] > 0.0)
-        if rules[ROUNDS] > 0.0 and has_only_these:
-            arrange(rows, contacts, search, mechanism, state, surface, solver, motors + limits)
+        before_contacts = search.counts[1] + search.counts[2] + search.counts[3]
+        if rules[ROUNDS] > 0.0 and (contact_count == 0 or rules[CONTACTS_ARE_HARD] > 0.0):
+            arrange(rows, contacts, search, mechanism, state, surface, solver, before_contacts)
         if solver.ends[5] != count:
             return OTHERS
     if last >= ASK and first <= ASK:
@@ -121,21 +120,23 @@ def execute(  # pragma: no cover
 def arrange(rows, contacts, search, mechanism, state, surface, solver, wanted):  # pragma: no cover
     """Choose the trees to solve, list their rows and copy their Jacobian, for contacts on their surfaces.
 
-    wanted: number of rows of motors and limits. The number of rows listed becomes the sixth of `ends`, -1
-    where a row is of another kind.
+    wanted: number of rows of equalities, motors and limits. The number of rows listed becomes the sixth of
+    `ends`, -1 where a row is of another kind.
     """
     at, count = rows.starts, search.counts[4]
     kind, index = rows.kind[at[0] : at[0] + count], rows.ids[at[1] : at[1] + count]
     geom, address = contacts.geom[: search.counts[0]], contacts.address[: search.counts[0]]
     if not choose_trees(
         kind, index, geom, address, mechanism.geom_tree, mechanism.dof_tree, mechanism.joint_dof,
-        mechanism.joint_type, mechanism.slot, mechanism.limit_slot, wanted, DENSE, solver.taken,
+        mechanism.joint_type, mechanism.slot, mechanism.limit_slot, mechanism.equality_tree, wanted, DENSE,
+        solver.taken,
     ):  # fmt: skip
         return
     found = order_rows(
         kind, index, geom, address, contacts.dim, mechanism.geom_tree, mechanism.dof_tree,
         mechanism.joint_dof, mechanism.joint_qpos, state.qpos, mechanism.slot, mechanism.limit_slot,
-        mechanism.limits, solver.taken, wanted, solver.places, solver.order, solver.ends,
+        mechanism.limits, mechanism.equality_slot, mechanism.equality_tree, solver.taken, wanted,
+        solver.places, solver.order, solver.ends,
     )  # fmt: skip
     width = state.qvel.shape[0]
     for n in range(found):
@@ -144,7 +145,69 @@ def arrange(rows, contacts, search, mechanism, state, surface, solver, wanted): 
             solver.jacobian[n, d] = rows.jacobian[start + d]
     solver.ends[5] = found
     velocity = rows.velocity[at[7] : at[7] + count]
+    position = rows.position[at[3] : at[3] + count]
     slide_on_margins(geom, address, contacts, mechanism, state, surface, solver, velocity)
+    for n in range(solver.ends[0]):
+        row = solver.order[n, 0]
+        if kind[row] == 0:
+            equality = index[row]
+            aux = mechanism.equality_aux[equality]
+            if aux >= 0:
+                velocity[row] -= solver.jacobian[n, aux] * state.qvel[aux]
+                solver.jacobian[n, aux] = 0.0
+            if row >= 3 and index[row - 3] == equality:
+                axis = 0
+                while axis < 2 and row >= 4 + axis and index[row - 4 - axis] == equality:
+                    axis += 1
+                turn_about_axis(mechanism, state, equality, axis, n, row, solver.jacobian, velocity, position)
+
+
+def turn_about_axis(  # pragma: no cover
+    mechanism, state, equality, axis, n, row, jacobian, velocity, position
+):
+    """Let a weld's row n hold half the turn about an axis of its first frame, 0 ... 2, as Euler angles.
+
+    MuJoCo's is the imaginary part of a quaternion, in which a torque's bound depends on the angle.
+    """
+    site_a, site_b = mechanism.equality_site[equality, 0], mechanism.equality_site[equality, 1]
+    a, b = state.site_xmat[site_a], state.site_xmat[site_b]
+    for d in range(state.qvel.shape[0]):
+        jacobian[n, d] = 0.0
+    velocity[row] = 0.0
+    for side in range(2):
+        body = mechanism.site_body[site_a if side == 0 else site_b]
+        while body > 0:
+            first = mechanism.body_dof[body]
+            for d in range(first, first + mechanism.body_dofs[body]):
+                turn = 0.0
+                for k in range(3):
+                    turn += 0.5 * a[3 * k + axis] * state.cdof[d, k]
+                if side == 1:
+                    turn = -turn
+                jacobian[n, d] += turn
+                velocity[row] += turn * state.qvel[d]
+            body = mechanism.body_parent[body]
+    sine = min(max(a[2] * b[0] + a[5] * b[3] + a[8] * b[6], -1.0), 1.0)
+    angle = 0.0
+    if axis == 1:
+        angle = np.arcsin(sine)
+    elif abs(sine) < 1.0:
+        y = x = 0.0
+        for k in range(3):
+            if axis == 0:
+                y -= a[3 * k + 2] * b[3 * k + 1]
+                x += a[3 * k + 2] * b[3 * k + 2]
+            else:
+                y -= a[3 * k + 1] * b[3 * k]
+                x += a[3 * k] * b[3 * k]
+        angle = np.arctan2(y, x)
+    elif axis == 0:
+        y = x = 0.0
+        for k in range(3):
+            y += a[3 * k] * b[3 * k + 1]
+            x += a[3 * k + 1] * b[3 * k + 1]
+        angle = np.arctan2(y, x) * sine
+    position[row] = 0.5 * angle
 
 
 def slide_on_margins(  # pragma: no cover
@@ -201,8 +264,8 @@ def ask_of_rows(rows, contacts, search, state, surface, solver, remade):  # prag
     if limits > 0 and rules[LIMITS_ARE_HARD] > 0.0:
         kind, position = rows.kind[at[0] : at[0] + count], rows.position[at[3] : at[3] + count]
         hard_limits(
-            kind, position, velocity, search.counts[2], limits, rules[TIMESTEP], rules[ERP], rules[DEEP],
-            reference,
+            kind, position, velocity, search.counts[1] + search.counts[2], limits, rules[TIMESTEP],
+            rules[ERP], rules[DEEP], reference,
         )  # fmt: skip
     if contact_count > 0:
         R, D = rows.R[at[5] : at[5] + count], rows.D[at[6] : at[6] + count]
@@ -300,6 +363,7 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
     order, ends, goals, jacobian = solver.order, solver.ends, solver.goals, solver.jacobian
     tree_dof, tree_dofs, timestep = mechanism.tree_dof, mechanism.tree_dofs, rules[TIMESTEP]
     kind, index = rows.kind[at[0] : at[0] + count], rows.ids[at[1] : at[1] + count]
+    position = rows.position[at[3] : at[3] + count]
     loss, R = rows.loss[at[4] : at[4] + count], rows.R[at[5] : at[5] + count]
     velocity = rows.velocity[at[7] : at[7] + count]
     reference, force = rows.reference[at[8] : at[8] + count], rows.force[at[9] : at[9] + count]
@@ -308,9 +372,10 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
         geom, address, contacts.dim, contacts.friction, surface.compliance, R, solver.mu, solver.soft
     )
     set_goals(
-        order, kind, index, velocity, reference, surface.base, loss, solver.mu, solver.soft,
+        order, kind, index, position, velocity, reference, surface.base, loss, solver.mu, solver.soft,
         mechanism.dof_joint, mechanism.joint_type, mechanism.joint_qpos, solver.motors, solver.targets,
-        state.qpos, state.qvel, state.smooth, jacobian, ends, tree_dof, tree_dofs, timestep, goals,
+        state.qpos, state.qvel, state.smooth, jacobian, ends, tree_dof, tree_dofs, mechanism.equality_bound,
+        mechanism.equality_share, mechanism.equality_aux, rules[ERP], timestep, goals,
     )  # fmt: skip
     listed = ends[4]
     if listed <= DENSE:

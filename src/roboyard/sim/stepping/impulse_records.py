@@ -30,6 +30,8 @@ WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, LINES = range(7)
 """Rows of `Solver.lines`."""
 PAIRS, TABLE, EXTRA, NOTES = range(4)
 """Places in `Points.notes`."""
+EQUALITY_ROWS = 6
+"""Most rows of an equality."""
 DENSE = 128
 """Most rows whose influence on each other is kept as a table; so few are solved in turn wholly."""
 BLOCK = 16
@@ -80,6 +82,19 @@ class Mechanism(NamedTuple):
     """(nv,) place of each motor in the order of solution, -1 for none."""
     limit_slot: np.ndarray
     """(nv,) place of each limit, which has two, -1 for none."""
+    equality_slot: np.ndarray
+    """(neq,) place of each equality, which has `EQUALITY_ROWS`, -1 for none."""
+    equality_tree: np.ndarray
+    """(neq, 2) trees of each equality, -1 for none, -2 where MuJoCo solves it."""
+    equality_aux: np.ndarray
+    """(neq,) dof whose velocity a gear follows without acting on it, -1 for none."""
+    equality_site: np.ndarray
+    """(neq, 2) sites of both frames, -1 for none."""
+    site_body: np.ndarray
+    equality_bound: np.ndarray
+    """(neq, 2) largest forces, in the rows' units, of rows and of a weld's last three rows."""
+    equality_share: np.ndarray
+    """(neq,) share of the world's error reduction."""
 
 
 class State(NamedTuple):
@@ -105,6 +120,7 @@ class State(NamedTuple):
     smooth: np.ndarray
     qacc: np.ndarray
     constraint: np.ndarray
+    site_xmat: np.ndarray
 
 
 class Points(NamedTuple):
@@ -169,12 +185,13 @@ SEARCH = record(Search, "i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8")
 MECHANISM = record(
     Mechanism,
     "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] i4[::1] i4[::1]"
-    " i4[::1] i4[::1] f8[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]",
+    " i4[::1] i4[::1] f8[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]"
+    " i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[::1] f8[:,::1] f8[::1]",
 )
 STATE = record(
     State,
     "f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1]"
-    " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1]",
+    " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1]",
 )
 POINTS = record(Points, "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i8[::1]")
 SURFACE = record(Surface, "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[::1]")

@@ -7,19 +7,20 @@ LARGEST_LIMIT_IMPULSE = 100.0
 
 
 def choose_trees(
-    kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot, count, dense,
-    taken,
+    kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot, equality_tree,
+    count, dense, taken,
 ):  # fmt: skip
-    """Choose the kinematic trees with motors or exceeded joint limits, and what touches them.
+    """Choose the kinematic trees with motors, equalities or exceeded joint limits, and what touches them.
 
     Where there are no more than `dense` rows, all trees that touch anything are chosen, so that no other
     solver is needed.
 
-    kind, index: type and dof or joint of each constraint row; rows 0 ... count are dry friction (the motors)
-    and limits. geom: (ncon, 2). address: (ncon,) first row of each contact, -1 for none. geom_tree: (ngeom,)
-    tree, -1 for what is fixed. slot, limit_slot: (nv,) place of each motor and limit, -1 for none. taken:
-    (ntree,) 1 for the chosen trees, written. Returns False where a row is of another kind, or a chosen tree
-    touches a soft body.
+    kind, index: type and dof, joint or equality of each constraint row; rows 0 ... count are equalities,
+    dry friction (the motors) and limits. geom: (ncon, 2). address: (ncon,) first row of each contact, -1
+    for none. geom_tree: (ngeom,) tree, -1 for what is fixed. slot, limit_slot: (nv,) place of each motor
+    and limit, -1 for none. equality_tree: (neq, 2), -1 for what is fixed, -2 for an equality of another
+    solver. taken: (ntree,) 1 for the chosen trees, written. Returns False where a row is of another kind,
+    or a chosen tree touches a soft body.
     """
     for tree in range(taken.shape[0]):
         taken[tree] = 0
@@ -28,6 +29,10 @@ def choose_trees(
             taken[dof_tree[index[row]]] = 1
         elif kind[row] == 3 and joint_type[index[row]] >= 2 and limit_slot[joint_dof[index[row]]] >= 0:
             taken[dof_tree[joint_dof[index[row]]]] = 1
+        elif kind[row] == 0 and equality_tree[index[row], 0] > -2:
+            for side in range(2):
+                if equality_tree[index[row], side] >= 0:
+                    taken[equality_tree[index[row], side]] = 1
         else:
             return False
     if kind.shape[0] <= dense:
@@ -59,18 +64,24 @@ def choose_trees(
 
 def order_rows(
     kind, index, geom, address, dim, geom_tree, dof_tree, joint_dof, joint_qpos, qpos, slot, limit_slot,
-    limits, taken, count, places, rows, ends,
+    limits, equality_slot, equality_tree, taken, count, places, rows, ends,
 ):  # fmt: skip
     """List the rows of the chosen trees in the order of solution.
 
-    Motors and limits come by their places, then the normals of all contacts, their spinning rows, the pairs
-    of their rolling rows, the pairs of their sliding rows. limits: (njnt, 2). places: work array. rows:
-    (n, 4) row, its trees (-1 for none) and the contact's place in the list of normals (-1 for none), written.
-    ends: (5,) ends of the five groups, written. Returns the number of rows.
+    Motors, limits and equalities come by their places, then the normals of all contacts, their spinning
+    rows, the pairs of their rolling rows, the pairs of their sliding rows. limits: (njnt, 2). places:
+    work array. rows: (n, 4) row, its trees (-1 for none) and the contact's place in the list of normals
+    (-1 for none), written. ends: (5,) ends of the five groups, written. Returns the number of rows.
     """
     for place in range(places.shape[0]):
         places[place] = -1
     for row in range(count):
+        if kind[row] == 0:
+            place = equality_slot[index[row]]
+            while places[place] >= 0:
+                place += 1
+            places[place] = row
+            continue
         dof = index[row] if kind[row] == 1 else joint_dof[index[row]]
         if taken[dof_tree[dof]] == 0:
             continue
@@ -87,7 +98,11 @@ def order_rows(
     n = 0
     for place in range(places.shape[0]):
         row = places[place]
-        if row >= 0:
+        if row >= 0 and kind[row] == 0:
+            a, b = equality_tree[index[row], 0], equality_tree[index[row], 1]
+            rows[n, 0], rows[n, 1], rows[n, 2], rows[n, 3] = row, a, -1 if b == a else b, -1
+            n += 1
+        elif row >= 0:
             dof = index[row] if kind[row] == 1 else joint_dof[index[row]]
             rows[n, 0], rows[n, 1], rows[n, 2], rows[n, 3] = row, dof_tree[dof], -1, -1
             n += 1
@@ -138,17 +153,21 @@ def contact_rows(geom, address, dim, friction, compliance, R, mu, soft):
 
 
 def set_goals(
-    rows, kind, index, velocity, aref, base, loss, mu, soft, dof_joint, joint_type, joint_qpos, motors,
-    targets, qpos, qvel, smooth, jacobian, ends, tree_dof, tree_dofs, timestep, goals,
+    rows, kind, index, position, velocity, aref, base, loss, mu, soft, dof_joint, joint_type, joint_qpos,
+    motors, targets, qpos, qvel, smooth, jacobian, ends, tree_dof, tree_dofs, bounds, shares, aux, erp,
+    timestep, goals,
 ):  # fmt: skip
     """Write what each row asks for: change of velocity, least and largest impulse, impulse 0,
     compliance.
 
     A motor asks for v' = kp (q* - q) / dt + v + kd (v* - v) with v the velocity that forces alone lead to,
-    limits and normals for at least their reference, friction for none. base: (nefc,) references of normals
+    limits and normals for at least their reference, friction for none, equalities for a share of their
+    position's error (nefc,) in a step. base: (nefc,) references of normals
     without the correction for sliding. loss: (nefc,) bounds of motors. mu: (nefc,) coefficients of friction
     rows. smooth: (nv,) accelerations by forces alone. soft: (nefc,) compliance of normals. jacobian: (n, nv)
-    of the rows listed. goals: (n, 6), of which five columns are written.
+    of the rows listed. bounds: (neq, 2) largest forces of an equality's rows, the last three of a weld's
+    apart. shares: (neq,) of `erp`. aux: (neq,) dof whose velocity a gear follows, -1 for none. goals: (n, 6),
+    of which five columns are written.
     """
     for n in range(ends[4]):
         row = rows[n, 0]
@@ -167,6 +186,14 @@ def set_goals(
         elif kind[row] == 3:
             goal = velocity[row] + timestep * aref[row]
             high = LARGEST_LIMIT_IMPULSE
+        elif kind[row] == 0:
+            equality = index[row]
+            is_angle = row >= 3 and kind[row - 3] == 0 and index[row - 3] == equality
+            high = bounds[equality, 1 if is_angle else 0] * timestep
+            low = -high
+            goal = -shares[equality] * erp * position[row] / timestep
+            if aux[equality] >= 0:
+                goal += qvel[aux[equality]] + timestep * smooth[aux[equality]]
         else:
             dof = index[row]
             joint = dof_joint[dof]

@@ -3,9 +3,9 @@
 An impulse solver improves all impulses in turn and stops after a number of rounds. Where joints act on each
 other strongly, as the first and third of an arm, or motors are at their largest force, it has not arrived at
 the solution by then: with PyBullet, arms under `POSITION_CONTROL` and cars move by what the rounds leave
-over. Where there are few rows, all are solved that way; else those of robots with motors and of what touches
-them. All else is left to MuJoCo, as are worlds with equalities or with so many degrees of freedom that their
-Jacobian is sparse.
+over. Where there are few rows, all are solved that way; else those of robots with motors or constraints and
+of what touches them. All else is left to MuJoCo, as are worlds with equalities of files or with so many
+degrees of freedom that their Jacobian is sparse.
 """
 
 from __future__ import annotations
@@ -20,21 +20,29 @@ from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping import impulse_records as r
+from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 
 kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
+LIMIT, MOTOR, EQUALITY = range(3)
+
 
 class SequentialMotors:
     """The solver of the robots with motors of one world."""
 
     def __init__(
-        self, world: Engine[Body], motors: VelocityMotors, surfaces: Surfaces, manifolds: Manifolds
+        self,
+        world: Engine[Body],
+        motors: VelocityMotors,
+        surfaces: Surfaces,
+        manifolds: Manifolds,
+        constraints: Constraints,
     ) -> None:
         self._world, self._motors, self._surfaces = world, motors, surfaces
-        self._manifolds = manifolds
+        self._manifolds, self._constraints = manifolds, constraints
         self._rounds: int = world.profile.motor_rounds
         self._residual: float = world.profile.motor_residual
         self._largest: np.ndarray | None = None
@@ -160,10 +168,13 @@ class SequentialMotors:
         world, motors = self._world, self._motors.arrays
         if self._mechanism is None:
             self._is_sparse = bool(mujoco.mj_isSparse(model))
-            self._mechanism, places = _mechanism(model, list(world.body_by_id.values()))
+            trees = self._constraints.trees(model)
+            self._mechanism, places = _mechanism(model, list(world.body_by_id.values()), *trees)
             self._state = _state(data)
             rows = max(len(self._solver.order), 16)
             self._solver = _solver(rows, model.nv, model.nbody, model.ntree, places)
+        bound, share = self._constraints.bounds_and_shares(model)
+        self._mechanism = self._mechanism._replace(equality_bound=bound, equality_share=share)
         profile, surfaces, solver = world.profile, self._surfaces, self._solver
         self._surface = surfaces.record(model, data, len(solver.order))
         largest = np.full(model.nv, np.inf) if self._largest is None else self._largest
@@ -179,17 +190,27 @@ class SequentialMotors:
         self._known = world.revision, timestep, profile, motors
 
 
-def _mechanism(model: Any, bodies: list[Body]) -> tuple[r.Mechanism, int]:
+def _mechanism(
+    model: Any,
+    bodies: list[Body],
+    equality_tree: np.ndarray,
+    equality_aux: np.ndarray,
+    equality_site: np.ndarray,
+) -> tuple[r.Mechanism, int]:
     """Return the arrays of a model, and the number of places in the order of solution."""
     nv = model.nv
     slot, limit_slot = np.full(nv, -1, np.int32), np.full(nv, -1, np.int32)
+    equality_slot = np.full(model.neq, -1, np.int32)
     places = 0
-    for dof, is_limit in solution_order(bodies, model):
-        if is_limit:
-            limit_slot[dof] = places
+    for index, kind in solution_order(bodies, model, equality_tree):
+        if kind == EQUALITY:
+            equality_slot[index] = places
+            places += r.EQUALITY_ROWS
+        elif kind == LIMIT:
+            limit_slot[index] = places
             places += 2
         else:
-            slot[dof] = places
+            slot[index] = places
             places += 1
     return (
         r.Mechanism(
@@ -216,6 +237,13 @@ def _mechanism(model: Any, bodies: list[Body]) -> tuple[r.Mechanism, int]:
             factor_column=model.M_colind,
             slot=slot,
             limit_slot=limit_slot,
+            equality_slot=equality_slot,
+            equality_tree=np.where(equality_slot[:, None] >= 0, equality_tree, -2).astype(np.int32),
+            equality_aux=equality_aux,
+            equality_site=equality_site,
+            site_body=model.site_bodyid,
+            equality_bound=np.zeros((model.neq, 2)),
+            equality_share=np.zeros(model.neq),
         ),
         places,
     )
@@ -243,6 +271,7 @@ def _state(data: Any) -> r.State:
         smooth=data.qacc_smooth,
         qacc=data.qacc,
         constraint=data.qfrc_constraint,
+        site_xmat=data.site_xmat,
     )
 
 
@@ -274,32 +303,48 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, places: int) -> r.Solve
     )
 
 
-def solution_order(bodies: list[Body], model: Any) -> list[tuple[int, bool]]:
-    """Return the dofs of joint limits and motors in Bullet's order: (dof, whether it is the limit).
+def solution_order(bodies: list[Body], model: Any, equality_tree: np.ndarray) -> list[tuple[int, int]]:
+    """Return joint limits, motors and equalities in Bullet's order: (dof or equality, kind).
 
-    Each body has its limits when it is loaded and its motors then, joint by joint; Bullet sorts them by body
-    with a quicksort that leaves equals in another order than it finds them.
+    Each body has its limits when it is loaded and its motors then, joint by joint, constraints follow; Bullet
+    sorts them by groups of bodies that constraints connect, with a quicksort that leaves equals in another
+    order than it finds them.
 
     Args:
         bodies: in the order in which they were loaded.
         model: MjModel.
+        equality_tree: (neq, 2) trees, -1 for none, -2 for equalities that MuJoCo solves.
     """
-    items: list[tuple[int, int, bool]] = []
-    for key, body in enumerate(bodies):
+    body_of = {
+        tree: key for key, body in enumerate(bodies) for tree in model.body_treeid[body.mujoco_ids].tolist()
+    }
+    body_of.pop(-1, None)
+    group = list(range(len(bodies)))
+    members: list[tuple[int, int]] = []
+    for equality, (a, b) in enumerate(equality_tree.tolist()):
+        ends = [body_of[tree] for tree in (a, b) if tree in body_of]
+        if ends:
+            members.append((ends[0], equality))
+            old, new = group[ends[0]], group[ends[-1]]
+            group = [new if key == old else key for key in group]
+    items: list[tuple[int, int, int]] = []
+    for place, body in enumerate(bodies):
+        key = group[place]
         starts = [
             (int(body.dof_addresses[j.index]), j) for j in body.joints if body.dof_addresses[j.index] >= 0
         ]
         for dof, joint in starts:
             if joint.is_scalar and model.jnt_limited[model.dof_jntid[dof]]:
-                items.append((key, dof, True))
+                items.append((key, dof, LIMIT))
         for _, joint in starts:
             size = joint.dof_slice
-            items += [(key, d, False) for d in range(size.start, size.stop)]
+            items += [(key, d, MOTOR) for d in range(size.start, size.stop)]
+    items += [(group[place], equality, EQUALITY) for place, equality in members]
     quicksort(items)
-    return [(dof, is_limit) for _, dof, is_limit in items]
+    return [(index, kind) for _, index, kind in items]
 
 
-def quicksort(items: list[tuple[int, int, bool]]) -> None:
+def quicksort(items: list[tuple[int, int, int]]) -> None:
     """Sort items by their first number in place, by Hoare's partition about the middle one."""
     ranges = [(0, len(items) - 1)] if len(items) > 1 else []
     while ranges:

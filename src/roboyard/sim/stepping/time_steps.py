@@ -81,9 +81,11 @@ class Stepping:
         """Joints that pass their stops within a step, where limits are soft."""
         self.manifolds = Manifolds(world)
         """Points that pairs keep, where contacts are rigid."""
-        self.in_turn = SequentialMotors(world, motors, surfaces, self.manifolds)
+        self.in_turn = SequentialMotors(world, motors, surfaces, self.manifolds, constraints)
         """Robots with motors, where they are solved row by row as Bullet does."""
-        self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = False
+        self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = self._slides = False
+        self._is_in_turn = False
+        """Whether robots with motors, or constraints, may be solved row by row."""
         self._has_drag = False
         """Whether the drag of this step was added to external forces."""
         self._velocity_limits: dict[tuple[int, int], float] = {}
@@ -96,6 +98,8 @@ class Stepping:
         self._has_surfaces = self.surfaces.is_active
         self._has_motors = self.motors.is_active
         self._is_bounded = self.constraints.is_bounded
+        self._is_in_turn = self._has_motors or (self._world.hard_contacts and len(self.constraints) > 0)
+        self._slides = self.constraints.has_slides
         self._has_rules = self._has_surfaces or self._has_motors or self._is_bounded
         self.in_turn.refresh()
 
@@ -166,7 +170,7 @@ class Stepping:
         if self._soft.by_id:
             self._step_in_parts(model, data)
         elif self._world.hard_contacts:  # stops are rigid, too
-            if self._has_surfaces and not self._is_bounded:
+            if self._has_surfaces:
                 self._motor_step(model, data)
             else:
                 self._attempt(model, data)
@@ -192,7 +196,7 @@ class Stepping:
             option.timestep = whole
 
     def _motor_step(self, model: Any, data: Any) -> None:
-        """Do what `_attempt` does in a world of rigid contacts, motors and no bounded constraints."""
+        """Do what `_attempt` does in a world of rigid contacts and motors."""
         compiled = self._compiled
         if compiled is None:
             compiled = self._compiled = self._look_up(model, data)
@@ -202,14 +206,21 @@ class Stepping:
         if self.motors.has_spherical or compiled[5] or self._windows.is_active:
             self._attempt(model, data)
             return
+        if self._is_bounded:
+            self.constraints.prepare(model)
         mujoco.mj_step1(model, data)
         loops = impulse_kernels()
-        answer = in_turn.execute(found, loops.KEEP, loops.SOLVE)
-        if answer == loops.POINTS_ARE_NEW:
+        slides = self._slides
+        answer = in_turn.execute(found, loops.KEEP, loops.KEEP if slides else loops.SOLVE)
+        remade = answer == loops.POINTS_ARE_NEW
+        if remade:
             self.manifolds.add(model, data, found)
             mujoco.mj_makeConstraint(model, data)
-            answer = in_turn.execute(found, loops.ARRANGE, loops.SOLVE, remade=1)
-            if answer == loops.OTHERS:
+        if slides:
+            self.constraints.free_axes(model, data)
+        if remade or slides:
+            answer = in_turn.execute(found, loops.ARRANGE, loops.SOLVE, remade=int(remade))
+            if answer == loops.OTHERS and remade:
                 self._complete_rows(model, data, found)
         if answer == loops.DONE:
             mujoco.mj_Euler(model, data)
@@ -239,7 +250,7 @@ class Stepping:
             compiled = self._compiled = self._look_up(model, data)
         option, found = compiled[0], compiled[1]
         timestep = option.timestep
-        if self._has_motors:
+        if self._is_in_turn:
             self._prepare(model, data, timestep)
         elif world.hard_contacts:
             self.manifolds.prepare(model, data)
@@ -250,11 +261,13 @@ class Stepping:
             self._soft.add_forces(model, data)
         if world.hard_contacts:
             self._keep_contacts(model, data, found)
-        elif self._has_motors:
+        elif self._is_in_turn:
             found.look()
         if stops:
             self.stops.approach(data, timestep)
-        alone = self._has_motors and self.in_turn.arrange(found)
+        if self._slides:
+            self.constraints.free_axes(model, data)
+        alone = self._is_in_turn and self.in_turn.arrange(found)
         if alone and not self._soft.by_id:
             if compiled[5]:
                 mujoco.mj_fwdActuation(model, data)
@@ -325,17 +338,15 @@ class Stepping:
         if self._compiled is None:
             self._compiled = self._look_up(model, data)
         _, _, qvel, qacc, limits, _ = self._compiled
-        if self._is_bounded:
-            self.constraints.free_axes(model, data)
         if slides:
             self.sliding.prepare(model, data)
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
-        if self._has_motors:
+        if self._is_in_turn:
             self.in_turn.solve(found)
         if not alone:
             self._solve_together(model, data, timestep, slides=slides)
-            if self._has_motors:
+            if self._is_in_turn:
                 self.in_turn.write(found, timestep)
         if limits is not None:
             kernels().bound_velocity(qvel, qacc, timestep, limits)
