@@ -294,3 +294,33 @@ def test_a_joint_that_cannot_be_at_zero_is_drawn_at_its_limit():
     robot = replace(robot, description=replace(robot.description, joints=(lift,)))
     view = view_of_robot(robot, "visual shapes")
     assert view.bounds["tip"][:, 2] == pytest.approx([0.45, 0.55])
+
+
+def test_pictures_are_drawn_only_once_openusd_has_loaded(tmp_path, monkeypatch):
+    """OpenUSD's libraries give up Python's lock while they load; another thread that loads libraries then
+    waits for them, and they for it."""
+    import roboyard.importer.report.page as page
+    import roboyard.importer.verify.read_back as read_back
+    import roboyard.importer.write_formats as write_formats
+    from roboyard.importer.pipeline import import_robot
+
+    order = []
+    steps = ((write_formats, "write_package"), (read_back, "check_files"), (page, "robot_sections"))
+    for module, name in steps:
+        original = getattr(module, name)
+
+        def noted(*arguments, name=name, original=original):
+            order.append(name)
+            return original(*arguments)
+
+        monkeypatch.setattr(module, name, noted)
+    file = tmp_path / "ball.urdf"
+    file.write_text(
+        "<robot name='ball'><link name='ball'><inertial><mass value='1'/>"
+        "<inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial>"
+        "<visual><geometry><sphere radius='0.1'/></geometry></visual>"
+        "<collision><geometry><sphere radius='0.1'/></geometry></collision></link></robot>"
+    )
+    built = import_robot(file, out=tmp_path / "data", validate=False)
+    assert order == ["write_package", "check_files", "robot_sections"]
+    assert "data:image" in (built.folder / "import_report.html").read_text()

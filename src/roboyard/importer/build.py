@@ -108,7 +108,6 @@ def build_package(
     xacro_args: Mapping[str, str] | None = None,
     missing_meshes: Literal["warn", "error"] | None = None,
     progress: ProgressCallback | None = None,
-    begin: Finish | None = None,
     finish: Finish | None = None,
 ) -> PackageResult:
     """Build a robot's package and move it into the data folder.
@@ -131,7 +130,6 @@ def build_package(
         missing_meshes: "warn" omits shapes whose mesh file is missing, "error" refuses them; by default
             visual shapes are omitted and collision shapes refused.
         progress: called with each step and its progress.
-        begin: called with the finished robot before its files are written.
         finish: called with the robot after its files are written and before they are moved in; it may add
             files to the package and facts to its log.
 
@@ -176,7 +174,7 @@ def build_package(
                 has_config=loaded.has_config,
                 packages=packages or {},
             )
-            robot = _build(context, begin, finish)
+            robot = _build(context, finish)
             _copy_to_model_folder(build, robot.name)
             final = rebased(robot, context.build, folders.object)
     return PackageResult(
@@ -190,7 +188,7 @@ def build_package(
     )
 
 
-def _build(context: ImportContext, begin: Finish | None, finish: Finish | None) -> RobotModel:
+def _build(context: ImportContext, finish: Finish | None) -> RobotModel:
     from roboyard.importer.resolved_findings import mark_resolved
     from roboyard.importer.verify.read_back import check_files
     from roboyard.importer.write_formats import write_package
@@ -202,8 +200,6 @@ def _build(context: ImportContext, begin: Finish | None, finish: Finish | None) 
     for step in STEPS:
         with log.step(step.__module__.rpartition(".")[2]):
             robot = step(robot, context)
-    if begin is not None:
-        begin(robot, context)
     with log.step("write"):
         write_package(robot, context)
     with log.step("read_back"):

@@ -7,7 +7,7 @@ page.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from roboyard.description.robot_model import RobotModel
     from roboyard.importer.context import ImportContext
     from roboyard.importer.import_log import ProgressCallback
-    from roboyard.importer.report.page import RobotSections
     from roboyard.importer.source import ConfigSource, Source
     from roboyard.validation import ValidationReport
 
@@ -91,40 +90,36 @@ def import_robot(
     """
     found: list[ValidationReport] = []
 
-    drawing: list[Future[RobotSections]] = []
-
-    def begin(robot: RobotModel, context: ImportContext) -> None:
-        if report:  # pictures take no part in the simulation, so that a second core can make them meanwhile
-            from roboyard.importer.report.page import robot_sections
-
-            drawing.append(pool.submit(robot_sections, robot, context.log.facts, context.source))
-
     def finish(robot: RobotModel, context: ImportContext) -> None:
-        if validate:
-            with context.log.step("validation"):
-                found.extend(_validation(robot, context))
-        if report:
-            from roboyard.importer.report.page import write_import_page
+        from roboyard.importer.report.page import robot_sections, write_import_page
 
-            with context.log.step("report"):
-                sections = drawing[0].result()
-                write_import_page(robot, context, found[0] if found else None, sections)
+        # Pictures take no part in the simulation, so that a second core can draw them meanwhile; not earlier,
+        # since OpenUSD's libraries give up Python's lock while they load: with two threads that load
+        # libraries, each may wait for the other.
+        with ThreadPoolExecutor(max_workers=1, thread_name_prefix="pictures") as pool:
+            drawing = (
+                pool.submit(robot_sections, robot, context.log.facts, context.source) if report else None
+            )
+            if validate:
+                with context.log.step("validation"):
+                    found.extend(_validation(robot, context))
+            if drawing is not None:
+                with context.log.step("report"):
+                    write_import_page(robot, context, found[0] if found else None, drawing.result())
 
-    with ThreadPoolExecutor(max_workers=1, thread_name_prefix="pictures") as pool:
-        built = build_package(
-            source,
-            config=config,
-            name=name,
-            out=out,
-            dataset=dataset,
-            overwrite=overwrite,
-            packages=packages,
-            xacro_args=xacro_args,
-            missing_meshes=missing_meshes,
-            progress=progress,
-            begin=begin,
-            finish=finish,
-        )
+    built = build_package(
+        source,
+        config=config,
+        name=name,
+        out=out,
+        dataset=dataset,
+        overwrite=overwrite,
+        packages=packages,
+        xacro_args=xacro_args,
+        missing_meshes=missing_meshes,
+        progress=progress,
+        finish=finish,
+    )
     values = {field.name: getattr(built, field.name) for field in fields(built)}
     return ImportResult(**values, validation=found[0] if found else None)
 
