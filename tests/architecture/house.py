@@ -12,7 +12,7 @@ SOURCE = ROOT / "src"
 PACKAGE = "roboyard"
 
 LAYERS = (
-    ("errors", "_bytecode", "_lazy", "_mujoco", "_numba", "_records", "_version", "untrusted"),
+    ("errors", "_bytecode", "_lazy", "_mujoco", "_numba", "_records", "_threads", "_version", "untrusted"),
     ("transforms", "paths", "config", "assets", "native", "pybullet_data"),
     ("shapes", "whole_moves"),
     ("description", "rendering"),

@@ -11,6 +11,7 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
+from roboyard._threads import thread_count
 from roboyard.audit import checks as checks
 from roboyard.audit.findings import ERROR, Audit, Facts, Finding
 from roboyard.audit.registry import CHECKS, Fault, Faults, check
@@ -95,7 +96,7 @@ def read_mesh_stats(urdf: UrdfElements) -> None:
     """Read the statistics of every mesh file that was found and is not read yet, two at a time."""
     found = dict.fromkeys(mesh.found.path for _, mesh in urdf.mesh_shapes)
     paths = [path for path in found if path is not None and path not in urdf.mesh_stats]
-    with ThreadPoolExecutor(max_workers=2, thread_name_prefix="meshes") as pool:
+    with ThreadPoolExecutor(max_workers=thread_count(2), thread_name_prefix="meshes") as pool:
         urdf.mesh_stats.update(zip(paths, pool.map(_mesh_stats, paths), strict=True))
 
 

@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from roboyard._threads import thread_count
 from roboyard.importer.build import PackageResult, build_package
 
 if TYPE_CHECKING:
@@ -96,16 +98,16 @@ def import_robot(
         # Pictures take no part in the simulation, so that a second core can draw them meanwhile; not earlier,
         # since OpenUSD's libraries give up Python's lock while they load: with two threads that load
         # libraries, each may wait for the other.
+        draw = partial(robot_sections, robot, context.log.facts, context.source)
         with ThreadPoolExecutor(max_workers=1, thread_name_prefix="pictures") as pool:
-            drawing = (
-                pool.submit(robot_sections, robot, context.log.facts, context.source) if report else None
-            )
+            drawing = pool.submit(draw) if report and thread_count(2) > 1 else None
             if validate:
                 with context.log.step("validation"):
                     found.extend(_validation(robot, context))
-            if drawing is not None:
+            if report:
                 with context.log.step("report"):
-                    write_import_page(robot, context, found[0] if found else None, drawing.result())
+                    sections = draw() if drawing is None else drawing.result()
+                    write_import_page(robot, context, found[0] if found else None, sections)
 
     built = build_package(
         source,

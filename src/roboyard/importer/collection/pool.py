@@ -16,11 +16,12 @@ from contextlib import suppress
 from dataclasses import asdict
 from typing import Any
 
+from roboyard._threads import VARIABLE
 from roboyard.importer.collection.tasks import Outcome, Task, TaskResult
 from roboyard.importer.collection.worker import MARK
 
 COMMAND = (sys.executable, "-m", "roboyard.importer.collection.worker")
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", VARIABLE)
 MAX_TASKS = 50
 """Robots that one process imports before a new one takes over, so that no memory adds up."""
 _LONGEST = 64 << 20

@@ -7,6 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 
+from roboyard._threads import thread_count
 from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import Collision, Sphere
 from roboyard.description.robot_model import CollisionSphere
@@ -85,7 +86,7 @@ def _all_fitted(
             parts += [np.round(mesh.vertices - origin, 9) + 0.0, mesh.faces]
         keys.append(content_key(*parts))
         origins.append(origin)
-    with ThreadPoolExecutor(max_workers=WORKERS, thread_name_prefix="spheres") as pool:
+    with ThreadPoolExecutor(max_workers=thread_count(WORKERS), thread_name_prefix="spheres") as pool:
         tasks: dict[str, Future[tuple[dict[str, Array], bool]]] = {}
         try:
             for key, origin, meshes in zip(keys, origins, given.values(), strict=True):
