@@ -37,6 +37,15 @@ def run(page: DrivingPage, bar: Any, seconds: float) -> int:
     return touched
 
 
+def begin(served: tuple[DrivingPage, Any], *, plans: bool) -> tuple[DrivingPage, Any]:
+    """Put the robot back to its start; return the page and the bar."""
+    page, bar = served
+    page.reset()
+    page.set_planning(plans)
+    run(page, bar, 0.5)
+    return page, bar
+
+
 def drag(page: DrivingPage, tab: Any, wait: Any) -> np.ndarray:
     """Drag the handle below the bar and let it go; return its (4, 4) pose in the base frame."""
     handle = page.ik_handles.handles[ARM]
@@ -59,10 +68,7 @@ def error(page: DrivingPage, goal: np.ndarray) -> float:
 
 
 def test_without_a_plan_the_arm_is_stopped_by_the_bar(served, browser, wait) -> None:
-    page, bar = served
-    page.reset()
-    page.set_planning(False)
-    run(page, bar, 0.5)
+    page, bar = begin(served, plans=False)
     goal = drag(page, browser(page.viewer), wait)
     wait(lambda: ARM in page.action_source.targets)
     assert run(page, bar, 3.0) > 10
@@ -70,10 +76,7 @@ def test_without_a_plan_the_arm_is_stopped_by_the_bar(served, browser, wait) -> 
 
 
 def test_with_a_plan_it_goes_around_and_arrives(served, browser, wait) -> None:
-    page, bar = served
-    page.reset()
-    page.set_planning(True)
-    run(page, bar, 0.5)
+    page, bar = begin(served, plans=True)
     goal = drag(page, browser(page.viewer), wait)
     wait(lambda: page.requests.execute_all() >= 0 and page.planned_moves.moves(ARM))
     assert "planned in" in page.panel.status.content
@@ -88,10 +91,7 @@ def test_with_a_plan_it_goes_around_and_arrives(served, browser, wait) -> None:
 
 
 def test_what_cannot_be_reached_is_said_and_the_handle_returns(served) -> None:
-    page, bar = served
-    page.reset()
-    page.set_planning(True)
-    run(page, bar, 0.3)
+    page, bar = begin(served, plans=True)
     before = page.action_source.end_effector_pose(ARM)
     far = before.copy()
     far[:3, 3] += (3.0, 0.0, 0.0)
@@ -103,10 +103,7 @@ def test_what_cannot_be_reached_is_said_and_the_handle_returns(served) -> None:
 
 
 def test_keys_take_over_from_a_planned_motion(served) -> None:
-    page, bar = served
-    page.reset()
-    page.set_planning(True)
-    run(page, bar, 0.5)
+    page, bar = begin(served, plans=True)
     goal = page.action_source.end_effector_pose(ARM)
     goal[:3, 3] += DROP
     page._plan_move(ARM, goal)

@@ -10,7 +10,7 @@ import numpy as np
 
 from roboyard.robots.control.task import TaskController
 from roboyard.transforms import Array, pose_matrix, quaternion_from_matrix
-from roboyard.viewer.scene.drawings import Drawing
+from roboyard.viewer.scene.drawings import Drawing, SceneLines
 
 if TYPE_CHECKING:
     from roboyard.planning import RobotPlanner, Trajectory
@@ -26,6 +26,8 @@ class _Motion:
     trajectory: Trajectory
     goal: Array
     """(4, 4) pose of the end effector in the base frame."""
+    line: SceneLines
+    """Along which the end effector moves."""
     time: float = 0.0
     """Time of the trajectory that the arm is at (s)."""
 
@@ -73,10 +75,9 @@ class PlannedMoves:
         start = np.clip(self._planners[group].start(), *now.bounds)
         found = now.plan(start, PoseGoal(link=tool, position=goal[:3, 3], quaternion=turn), time_limit=SEARCH)
         if found.trajectory is None:
-            self._viewer.draw(Drawing())
             return f"{found.outcome}: {found.reason}"
-        self._motions[group] = _Motion(found.trajectory, pose)
-        self._viewer.draw(Drawing(lines=[tool_way(now, found.trajectory, tool)]))
+        self._motions[group] = _Motion(found.trajectory, pose, tool_way(now, found.trajectory, tool))
+        self._draw()
         milliseconds = 1e3 * (found.planning_seconds + found.timing_seconds)
         seconds = found.trajectory.duration / self._action_source.speed
         return f"planned in {milliseconds:.0f} ms; the motion takes {seconds:.1f} s"
@@ -98,8 +99,11 @@ class PlannedMoves:
         """Stop the motion of one arm, or of all, where it is."""
         for one in (group,) if group is not None else tuple(self._motions):
             if self._motions.pop(one, None) is not None:
-                self._viewer.draw(Drawing())
+                self._draw()
                 self._on_end(one)
+
+    def _draw(self) -> None:
+        self._viewer.draw(Drawing(lines=[motion.line for motion in self._motions.values()]))
 
     def _controller(self, group: str) -> TaskController:
         controller = self._action_source.robot.groups[group].controller
