@@ -6,6 +6,13 @@ from roboyard.native import compiled
 from roboyard.shapes.readers.obj_kernels import MOST_DIGITS, NEWLINE, RETURN, SPACE, number_at
 
 
+def after_blanks(data, i):  # pragma: no cover
+    """Return the place of the first byte from i on that is no space and ends no line."""
+    while i < data.shape[0] and (data[i] == SPACE or data[i] == NEWLINE or data[i] == RETURN):
+        i += 1
+    return i
+
+
 @compiled("u1[::1] f8[::1] i8[::1] f8[::1] -> i8", releases_gil=True)
 def read_floats(data, powers, at, values):  # pragma: no cover
     """Read numbers with blanks or line ends between them; returns how many, or -1 for a list not plain.
@@ -14,8 +21,7 @@ def read_floats(data, powers, at, values):  # pragma: no cover
     """
     i, end, count = 0, data.shape[0], 0
     while True:
-        while i < end and (data[i] == SPACE or data[i] == NEWLINE or data[i] == RETURN):
-            i += 1
+        i = after_blanks(data, i)
         if i >= end:
             return count
         at[0] = i
@@ -32,8 +38,7 @@ def read_integers(data, values):  # pragma: no cover
     """Read whole numbers without sign, as `read_floats`."""
     i, end, count = 0, data.shape[0], 0
     while True:
-        while i < end and (data[i] == SPACE or data[i] == NEWLINE or data[i] == RETURN):
-            i += 1
+        i = after_blanks(data, i)
         if i >= end:
             return count
         value, digits = 0, 0

@@ -67,6 +67,19 @@ def number_at(data, at, powers):  # pragma: no cover
     return sign * mantissa * powers[power]
 
 
+def after_spaces(data, i):  # pragma: no cover
+    """Return the place of the first byte from i on that is no space."""
+    while i < data.shape[0] and data[i] == SPACE:
+        i += 1
+    return i
+
+
+def next_number(data, i, at, powers):  # pragma: no cover
+    """Read the number after spaces from i on; at as in `number_at`."""
+    at[0] = after_spaces(data, i)
+    return number_at(data, at, powers)
+
+
 def index_at(data, at):  # pragma: no cover
     """Read a positive whole number; at as in `number_at`. Returns 0 where there is none."""
     i, end = at[0], data.shape[0]
@@ -101,8 +114,7 @@ def read_lines(  # pragma: no cover
         counts[k] = 0
     i, end = 0, data.shape[0]
     while i < end:
-        while i < end and data[i] == SPACE:
-            i += 1
+        i = after_spaces(data, i)
         if i >= end:
             break
         c = data[i]
@@ -121,10 +133,7 @@ def read_lines(  # pragma: no cover
         if kind >= 0:
             row = counts[kind]
             for k in range(size):
-                while i < end and data[i] == SPACE:
-                    i += 1
-                at[0] = i
-                value = number_at(data, at, powers)
+                value = next_number(data, i, at, powers)
                 if at[0] < 0:
                     return 0
                 i = at[0]
@@ -135,25 +144,20 @@ def read_lines(  # pragma: no cover
                         uvs[row, k] = value
                     else:
                         normals[row, k] = value
-            while i < end and data[i] == SPACE:
-                i += 1
+            i = after_spaces(data, i)
             if kind == 0:
                 if i < end and data[i] != NEWLINE and data[i] != RETURN:
                     if counts[6] != row:
                         return 0
                     for k in range(3):
-                        while i < end and data[i] == SPACE:
-                            i += 1
-                        at[0] = i
-                        value = number_at(data, at, powers)
+                        value = next_number(data, i, at, powers)
                         if at[0] < 0:
                             return 0
                         i = at[0]
                         if fill == 1:
                             tints[row, k] = value
                     counts[6] += 1
-                    while i < end and data[i] == SPACE:
-                        i += 1
+                    i = after_spaces(data, i)
                 elif counts[6] > 0:
                     return 0
             counts[kind] += 1
@@ -163,14 +167,12 @@ def read_lines(  # pragma: no cover
                 if at[0] < 0:
                     return 0
                 i = at[0]
-                while i < end and data[i] == SPACE:
-                    i += 1
+                i = after_spaces(data, i)
         elif c == 102 and second == SPACE:  # f
             i += 2
             size = 0
             while True:
-                while i < end and data[i] == SPACE:
-                    i += 1
+                i = after_spaces(data, i)
                 if i >= end or data[i] == NEWLINE or data[i] == RETURN:
                     break
                 row = counts[3]

@@ -12,7 +12,8 @@ from roboyard.shapes.readers.worth import SMALL, is_worth
 
 kernels = lazy_module("roboyard.shapes.readers.number_kernels")
 
-_POWERS = 10.0 ** np.arange(23)
+POWERS = 10.0 ** np.arange(23)
+"""Of ten, as the loops need them."""
 
 
 def is_worth_it(text: str, dtype: type) -> bool:
@@ -34,7 +35,7 @@ def read_plain_numbers(text: str, dtype: type) -> NDArray | None:
     data = np.frombuffer(text.encode("utf-8", "replace"), dtype=np.uint8)
     values = np.empty(len(data) // 2 + 1, dtype=dtype)
     if dtype is np.float64:
-        count = read(data, _POWERS, np.zeros(1, dtype=np.int64), values)
+        count = read(data, POWERS, np.zeros(1, dtype=np.int64), values)
     else:
         count = read(data, values)
     return None if count < 0 else values[:count].copy()

@@ -7,11 +7,10 @@ import numpy as np
 from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
 from roboyard.shapes.readers.parts import Floats, Indices, check_triangles
+from roboyard.shapes.readers.plain_numbers import POWERS
 from roboyard.shapes.readers.worth import SMALL, is_worth
 
 kernels = lazy_module("roboyard.shapes.readers.obj_kernels")
-
-_POWERS = 10.0 ** np.arange(23)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -52,11 +51,11 @@ def read_plain(data: bytes) -> PlainObj | None:
     text = np.frombuffer(data, dtype=np.uint8)
     at, counts = np.zeros(1, dtype=np.int64), np.zeros(7, dtype=np.int64)
     arrays = _arrays(counts)
-    if not read(text, 0, _POWERS, at, counts, *arrays):
+    if not read(text, 0, POWERS, at, counts, *arrays):
         return None
     check_triangles(int(counts[3]) // 3)
     arrays = positions, uvs, normals, tints, corners, ends, events = _arrays(counts)
-    read(text, 1, _POWERS, at, counts, *arrays)
+    read(text, 1, POWERS, at, counts, *arrays)
     triangles, face_of_triangle = _fans(corners[: counts[3]], ends)
     check_triangles(len(triangles))
     materials, libraries = [""], list[str]()
