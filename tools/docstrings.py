@@ -2,8 +2,8 @@
 
     python tools/docstrings.py [--list] [FOLDER or FILE ...]
 
-Public modules, classes, functions, methods and properties of the package are counted; `--list`, or a folder,
-lists each one that falls short. The marks hold for the package as a whole.
+Public modules, classes, functions, methods and properties of the package are counted; `--list`, a folder or a
+missed mark lists each one that falls short. The marks hold for the package as a whole.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def main(given: list[str]) -> int:
                 quoted.add(is_quoted, f"{name}:{node.lineno} {ast.unparse(node)[:90]}")
     counts = (documented, shaped, quoted, units)
     for count in counts:
-        if listed or given:
+        if listed or given or count.share < count.mark:
             print(*(f"    {where}" for where in count.short), sep="\n")
         print(count)
     return int(any(count.share < count.mark for count in counts))

@@ -67,7 +67,10 @@ class ExactChecker:
         return self.covers and not self.robot.rough
 
     def clash(self, q: Array) -> str:
-        """Return the overlap at q as text; "" for none. Exact shapes decide where spheres overlap."""
+        """Return the overlap at q, (n,) joint positions (rad or m), as text; "" for none.
+
+        Exact shapes decide where spheres overlap.
+        """
         arrays, world = self.robot.arrays, self.obstacles.arrays
         free = np.empty(1, dtype=np.uint8)
         checker = CollisionChecker(self.robot, self.obstacles)

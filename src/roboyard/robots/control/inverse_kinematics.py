@@ -132,7 +132,7 @@ class InverseKinematicsController(TaskController):
         return goal
 
     def follow_posture(self, posture: Array, state: GroupState) -> None:
-        """See `TaskController.follow_posture`; the reference moves to the posture itself."""
+        """See `TaskController.follow_posture`: the reference moves to the posture itself, (n,) rad or m."""
         super().follow_posture(posture, state)
         self._detour = np.clip(posture, self.limits.lower, self.limits.upper)
         self._count, self._last_error, self._is_unreachable = 0, np.inf, False
