@@ -242,7 +242,7 @@ def _figures(page: chromium.Page, relay: Relay, server: int) -> dict[str, float]
         elif time.monotonic() - since[0] > 2.0 and frames - since[1] >= 6:
             break
     opened = cpu_of(page._process.pid) - before
-    first = page.evaluate("window.__bench.first.find(e => e[1] > 0.5 * window.__bench.most)[0]") / 1000.0
+    first = page.evaluate("window.__bench.first.find(e => e[1] >= 0.5 * window.__bench.most)[0]") / 1000.0
     received = relay.sent
     counts = page.evaluate("window.__bench.frames"), cpu_of(page._process.pid), cpu_of(server)
     start = time.monotonic()

@@ -171,7 +171,8 @@ def main() -> int:
                     faults += 1
                     given.keep.mkdir(parents=True, exist_ok=True)
                     kept = given.keep / f"{reader}.{seed}{readers.READERS[reader][0]}"
-                    kept.write_bytes((Path(folder) / "current").read_bytes())
+                    case = Path(folder) / "current"
+                    kept.write_bytes(case.read_bytes() if case.exists() else b"")
                     kept.with_suffix(".txt").write_text(fault)
                     print(f"{kept}: {fault.splitlines()[-1][:200]}", flush=True)
             if time.monotonic() > until:

@@ -26,6 +26,7 @@ OWN_FILES = {
     "roboyard.viewer.inspector.edits.save_edits": "a file that was read within bounds before",
     "roboyard.viewer.inspector.panels.link_tree": "link_tree.js, which is part of this package",
     "roboyard.viewer.inspector.panels.save_panel": "a file that was read within bounds before",
+    "roboyard.viewer.page.document": "early.js, which is part of this package",
     "roboyard.viewer.timeline.time_folder": "a state log that was written here",
     "roboyard.untrusted.files": "the one place",
 }

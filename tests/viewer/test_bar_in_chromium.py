@@ -272,3 +272,29 @@ def test_the_inspector_and_a_drive_obey_the_bar(pendulum: Path, tmp_path: Path, 
     finally:
         inspector.close()
         drive.close()
+
+
+def test_where_a_processor_draws_a_picture_at_rest_gets_all_pixels(browse: Any) -> None:
+    """While something moves a quarter of the pixels is drawn, without smoothed edges, and at rest all."""
+    script = Script()
+    try:
+        page = browse(script.viewer.url)
+        until(lambda: page.evaluate(f"{bar('quality')}?.value") == "low")
+        context = "window.__viserMutable.canvas.getContext('webgl2')"
+        assert page.evaluate(f"{context}.getContextAttributes().antialias") is False
+        pixels = "(c => c.width / c.clientWidth)(window.__viserMutable.canvas)"
+        turn = "window.__viserMutable.cameraControl.rotate({}, 0, false)"
+        until(lambda: page.evaluate(pixels) == pytest.approx(1.0, abs=0.01))
+        before = page.picture()
+        page.evaluate(turn.format(0.5))
+        until(lambda: page.evaluate(pixels) == pytest.approx(0.5, abs=0.01))
+        until(lambda: page.evaluate(pixels) == pytest.approx(1.0, abs=0.01))
+        assert np.abs(page.picture() - before).mean() > 0.5
+        choose(page, "quality", "normal")
+        until(lambda: page.evaluate(pixels) == pytest.approx(1.0, abs=0.01))
+        page.evaluate(turn.format(0.5))
+        for _ in range(10):
+            assert page.evaluate(pixels) == pytest.approx(1.0, abs=0.01)
+            time.sleep(0.05)
+    finally:
+        script.close()

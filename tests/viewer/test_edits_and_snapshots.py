@@ -274,8 +274,8 @@ def test_a_snapshot_does_not_change_when_the_world_moves_on(tmp_path: Path) -> N
         world.step()
     assert np.array_equal(moment.qpos, before)
     assert moment.time == 0.0 < world.data.time
-    assert np.array_equal(moment.latest_qpos(), world.data.qpos)
-    assert moment.latest_qpos() is not world.data.qpos
+    assert np.array_equal(moment.now().qpos, world.data.qpos)
+    assert moment.now().qpos is not world.data.qpos
     positions, quaternions = PoseSender().poses(moment.model, moment.qpos)
     row = moment.links.by_owner[body.id, body.link("a/b").index]
     assert positions[row] == pytest.approx([0, 0, 1])

@@ -65,3 +65,28 @@ def test_the_address_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     with Viewer(World(), port=0, title="My robot") as viewer:
         pass
     assert capsys.readouterr().out == f"My robot is at {viewer.url}\n"
+
+
+@pytest.mark.parametrize("accepted", ["gzip", "identity"])
+def test_the_page_runs_the_early_script_first(accepted: str) -> None:
+    """The document is viser's own but for one script at its head, compressed or not."""
+    import gzip
+    from pathlib import Path
+    from urllib.request import Request, urlopen
+
+    import viser
+
+    own = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_bytes()
+    with Viewer(World(), "localhost", port=0, quiet=True) as viewer:
+        for path in ("/", "/index.html", "/?darkMode"):
+            request = Request(viewer.url + path, headers={"Accept-Encoding": accepted})
+            with urlopen(request, timeout=10) as answer:
+                body = answer.read()
+                assert int(answer.headers["Content-Length"]) == len(body)
+                if answer.headers["Content-Encoding"] == "gzip":
+                    body = gzip.decompress(body)
+            begin = body.index(b"<script>") + len(b"<script>")
+            end = body.index(b"</script>", begin)
+            assert b"antialias: false" in body[begin:end]
+            assert body.index(b"<head>") + len(b"<head><script>") == begin
+            assert body[: begin - len(b"<script>")] + body[end + len(b"</script>") :] == own

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +25,7 @@ from roboyard.viewer.scene.drawings import Drawing, Drawings
 from roboyard.viewer.scene.grab import Grab
 from roboyard.viewer.scene.scene_nodes import SceneNodes
 from roboyard.viewer.scene.snapshot import Links, PoseSender, Snapshot, corners_of, gather_links, take
+from roboyard.viewer.scene.uncompiled import with_uncompiled
 from roboyard.viewer.timeline.moments import Moments
 from roboyard.viewer.timeline.playback import Playback
 from roboyard.viewer.timeline.signal_folder import SignalFolder
@@ -33,6 +33,7 @@ from roboyard.viewer.timeline.time_folder import TimeFolder
 
 if TYPE_CHECKING:
     from roboyard.sim import World
+    from roboyard.sim.body import Body
     from roboyard.sim.link import Link
 
 log = logging.getLogger(__name__)
@@ -172,6 +173,24 @@ class Viewer:
         if wait:
             self._publish()
 
+    def show_uncompiled(self, body: Body, joint_positions: Mapping[str, float]) -> threading.Thread:
+        """Send a body of a description, added at the origin, while the caller lets the world be compiled.
+
+        The page shows it standing on the plane z = 0 until the next `sync`, before which the caller joins the
+        returned thread. Call it from the simulation thread.
+
+        Args:
+            body: the body.
+            joint_positions: of its joints (rad or m); others are at zero or follow their leaders.
+        """
+        assert self._latest is not None
+        assert self._poses is not None
+        self._latest, points = with_uncompiled(self.world, self._latest, self._poses, body, joint_positions)
+        self.first_view.aim(points)
+        sending = threading.Thread(target=self._publish, name="roboyard-uncompiled", daemon=True)
+        sending.start()
+        return sending
+
     def look_at(self, point: ArrayLike, distance: float) -> None:
         """Aim the camera of every page at a (3,) point in the world frame (m), from `distance` (m) away."""
         target = np.asarray(point, dtype=float)
@@ -289,7 +308,7 @@ class Viewer:
         latest = self._latest
         if first and latest is not None:
             # nothing was copied without an open page: copy now, in case the world is no longer stepped
-            self._latest = replace(latest, qpos=latest.latest_qpos())
+            self._latest = latest.now()
         self._wake.set()
 
     async def _on_disconnect(self, client: Any) -> None:
@@ -362,7 +381,7 @@ class Viewer:
             with self.server.atomic():
                 if snapshot is not self._published or self._poses is None:
                     self.nodes.show(snapshot.shapes, snapshot.links)
-                    self._poses = self._pose_sender.poses(snapshot.model, snapshot.qpos)
+                    self._poses = snapshot.poses or self._pose_sender.poses(snapshot.model, snapshot.qpos)
                     self.nodes.move(*self._poses)
                 self.drawings.show(drawing, snapshot.links.by_owner, *self._poses)
                 self._arrows.show(snapshot.forces)

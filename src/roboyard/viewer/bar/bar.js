@@ -159,10 +159,55 @@
       scene.traverse(p => { for (const q of [p.material ?? []].flat()) q.needsUpdate = true; });
     });
   };
+  // In low quality, a picture that stays as it is is drawn once more with all pixels. viser draws on each second and
+  // after each message; then the picture is kept, but for each fifth time.
+  const REST = 400, KEPT = 4, SMALL = 1e-4;  // ms, times, m
+  let film = null, resting = null, seen = [], isSharp = false, kept = 0, watched = null;
+  const look = (scene, camera) => {  // numbers that change with what is seen
+    const canvas = watched.gl.domElement, values = [canvas.width, canvas.height];
+    values.push(...camera.position, ...camera.quaternion, ...camera.projectionMatrix.elements);
+    scene.traverseVisible(o => {
+      values.push(o.id, ...o.position, ...o.quaternion, ...o.scale, ...o.matrix.elements);
+      values.push(o.geometry?.id ?? 0, o.geometry?.attributes?.position?.version ?? 0, o.intensity ?? 0);
+      for (const m of [o.material ?? []].flat()) values.push(m.id, m.version, m.opacity, m.color?.getHex?.() ?? 0);
+    });
+    return values;
+  };
+  const isSame = (a, b) => a.length === b.length && a.every((v, k) => Object.is(v, b[k]) || Math.abs(v - b[k]) < SMALL);
+  const sharpen = () => {
+    const three = store();
+    if (!isLow || film || !three?.gl) return;
+    three.gl.setPixelRatio(window.devicePixelRatio);
+    watched.render.call(three.gl, three.scene, three.camera);
+    seen = look(three.scene, three.camera);
+    isSharp = true;
+    kept = 0;
+  };
+  const watchRenders = gl => {
+    if (watched?.gl === gl) return;
+    watched = {gl, render: gl.render};
+    gl.render = function (scene, camera) {
+      if (isLow && gl.getRenderTarget() === null && scene === store().scene) {
+        const now = look(scene, camera);
+        if (!isSame(now, seen)) {
+          if (isSharp) gl.setPixelRatio(store().viewport.dpr);
+          isSharp = false;
+          seen = look(scene, camera);
+          clearTimeout(resting);
+          resting = setTimeout(sharpen, REST);
+        } else if (isSharp && !film) {
+          kept += 1;
+          return kept > KEPT ? sharpen() : undefined;
+        }
+      }
+      return watched.render.call(this, scene, camera);
+    };
+  };
   let applied = "", redraws = 0;
   const applyQuality = () => {
     const three = store();
     if (!three?.gl) return;
+    watchRenders(three.gl);
     if (!quality.dataset.chosen) {
       quality.dataset.chosen = "1";
       quality.value = chosen() ?? (isSoftware() ? "low" : "normal");
@@ -173,7 +218,10 @@
     const ratio = {low: 0.5, normal: 1, high: 2}[quality.value] * (quality.value === "high" ? 1 : window.devicePixelRatio);
     let again = false;
     const shadows = quality.value !== "low", wanted = `${ratio} ${shadows}`;
-    if (Math.abs(three.viewport.dpr - ratio) > 1e-3) three.setDpr(ratio);
+    // viser's own choice, which it would otherwise adapt to the rate of frames and set again at each render
+    const settings = window.__viserTestpoints?.devSettings;
+    if (settings) { if (settings.get().fixedDpr !== ratio) settings.set({fixedDpr: ratio}); }
+    else if (Math.abs(three.viewport.dpr - ratio) > 1e-3) three.setDpr(ratio);
     three.scene.traverse(o => {  // curved surfaces would shade themselves in bands
       if (o.isDirectionalLight && o.castShadow && o.shadow.normalBias !== BIAS) { o.shadow.normalBias = BIAS; again = true; }
     });
@@ -206,10 +254,10 @@
   button("picture", "Save a picture", () => {
     const three = store();
     if (!three) return;
-    three.gl.render(three.scene, three.camera);  // the drawn picture is gone after each frame
+    if (isLow) sharpen();
+    else three.gl.render(three.scene, three.camera);  // the drawn picture is gone after each frame
     three.gl.domElement.toBlob(blob => blob && keep(blob, "png"));
   });
-  let film = null;
   const filmButton = button("film", "Start a film", () => {
     if (film) { film.stop(); return; }
     const kind = ["video/mp4", "video/webm"].find(k => window.MediaRecorder?.isTypeSupported(k)), parts = [];
@@ -245,10 +293,10 @@
       if (/Software WebGL/.test(n.textContent)) n.querySelector("button")?.click();
   };
   const watch = new ResizeObserver(place);
-  let watched = null;
+  let canvasWatched = null;
   const pulse = () => {
     const canvas = window.__viserMutable?.canvas;
-    if (canvas && canvas !== watched) { watch.disconnect(); watch.observe(watched = canvas); }
+    if (canvas && canvas !== canvasWatched) { watch.disconnect(); watch.observe(canvasWatched = canvas); }
     place(); closeNote(); applyQuality(); if (state.title) document.title = state.title; };
   const timer = setInterval(pulse, 500), began = performance.now();
   const early = () => {  // before the first meshes are compiled
@@ -284,6 +332,8 @@
   return () => {
     film?.stop();
     clearInterval(timer);
+    clearTimeout(resting);
+    if (watched) watched.gl.render = watched.render;
     watch.disconnect();
     window.removeEventListener("resize", place);
     delete document.hasFocus;

@@ -86,7 +86,7 @@ class Inspector:
         try:
             if on_open is not None:
                 on_open(self.viewer.url)
-            self._spawn(robot)
+            self._spawn(robot, is_early=True)
             self.viewer.sync(wait=True)
         except BaseException:
             self.viewer.close()
@@ -96,16 +96,19 @@ class Inspector:
         self._add_panels({}, {})
         self._show_status()
 
-    def _spawn(self, robot: ReadRobot) -> None:
-        """Spawn a robot on the floor."""
+    def _spawn(self, robot: ReadRobot, *, is_early: bool = False) -> None:
+        """Spawn a robot on the floor; `is_early`: show it before the world is compiled."""
         self.body: Body = self.world.add_urdf(
             robot.description,
             name=robot.source.name,
             fixed_base=self._fixed_base,
             self_collision=self._self_collision,
         )
-        self._robot, self.audit = robot, robot.audit
+        self._robot = robot
+        sending = self.viewer.show_uncompiled(self.body, self._rest(self.body)) if is_early else None
         self._place_on_floor()
+        if sending is not None:
+            sending.join()
         self._start = self.world.save_state()
 
     def load(self, source: RobotSource, message: str = "") -> None:
@@ -132,11 +135,16 @@ class Inspector:
         self.panels.save.message.content = message
         self._after_motion()
 
+    @staticmethod
+    def _rest(body: Body) -> dict[str, float]:
+        """Return each joint at zero, or at the limit nearest to it (rad or m)."""
+        limits = body.joint_limits
+        return dict(zip(body.joint_names, np.clip(0.0, limits[:, 0], limits[:, 1]).tolist(), strict=True))
+
     def _place_on_floor(self) -> None:
         """Place the robot on the floor, joints at zero or at the limit nearest to it."""
         body = self.body
-        limits = body.joint_limits
-        body.joint_positions = np.clip(0.0, limits[:, 0], limits[:, 1])
+        body.joint_positions = self._rest(body)
         lowest = float(body.bounds[0, 2])
         body.set_pose(position=(0.0, 0.0, body.position[2] - lowest + CLEARANCE))
 
@@ -161,6 +169,7 @@ class Inspector:
 
     def _add_panels(self, shown: Mapping[str, bool], kept: Kept) -> None:
         """Add the tabs of the robot; `shown` and `kept` have what the tab Look showed of the one before."""
+        self.audit = self._robot.audit
         self.panels = Panels(
             viewer=self.viewer,
             world=self.world,

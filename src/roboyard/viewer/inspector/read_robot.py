@@ -4,30 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from roboyard.audit import Audit, audit_urdf
 from roboyard.description import load_description
 from roboyard.description.model import RobotDescription
-from roboyard.description.urdf.parse import parse_urdf
+from roboyard.description.urdf.parse import UrdfElements, parse_urdf
 from roboyard.viewer.inspector.edits.edit_state import EditState, read_edit_state
 from roboyard.viewer.inspector.robot_source import RobotSource
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ReadRobot:
     """The loaded files of one robot."""
 
     source: RobotSource
     edits: EditState
+    elements: UrdfElements
     description: RobotDescription
-    audit: Audit
+
+    @cached_property
+    def audit(self) -> Audit:
+        """Faults of the robot's file; looked for when first asked for, as all meshes are read."""
+        return audit_urdf(self.elements)
 
 
 def read_robot(
     source: RobotSource, packages: Mapping[str, Path] | None, xacro_args: Mapping[str, str] | None = None
 ) -> ReadRobot:
-    """Load and audit a robot.
+    """Load a robot; its meshes are not opened.
 
     Raises:
         DescriptionError: the URDF is invalid.
@@ -39,6 +45,6 @@ def read_robot(
     return ReadRobot(
         source=source,
         edits=read_edit_state(source),
+        elements=elements,
         description=load_description(elements, missing_meshes="note"),
-        audit=audit_urdf(elements),
     )

@@ -59,9 +59,13 @@ class FirstView:
     def _fitted(self, aspect: float) -> tuple[Array, Array]:
         return fitted_viewpoint(self._points, VIEW_FROM, aspect=aspect, fovy=FOVY, fill=FILL)
 
-    def aim(self) -> None:
-        """Fit the bodies as they are now into all pages; call it from the simulation thread."""
-        self._points = self._find_points()
+    def aim(self, points: Array | None = None) -> None:
+        """Fit the bodies as they are now into all pages; call it from the simulation thread.
+
+        Args:
+            points: (n, 3) points in the world frame (m) to fit instead.
+        """
+        self._points = points if points is not None and len(points) else self._find_points()
         self._is_fitted = True
         self._aim_all(self._fitted)
 

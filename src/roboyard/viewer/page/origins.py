@@ -16,6 +16,8 @@ from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
+from roboyard.viewer.page.document import with_early_script
+
 VARIABLE = "ROBOYARD_VIEWER_ORIGINS"
 """Environment variable with further accepted origins, separated by commas: "https://hub.example.org"."""
 
@@ -58,7 +60,7 @@ def _is_loopback(netloc: str) -> bool:
 
 @contextmanager
 def guarded(host: str) -> Iterator[None]:
-    """Reject foreign pages at every viser server that starts within this context.
+    """Reject foreign pages at every viser server that starts within this context; its pages run `early.js`.
 
     viser has no option for the handshake, so the callback that it passes to `websockets` is wrapped.
     """
@@ -74,6 +76,7 @@ def guarded(host: str) -> Iterator[None]:
         def serve_guarded(*args: Any, **options: Any) -> Any:
             page: Any = options.get("process_request")
             if getattr(page, "__module__", "").startswith("viser."):
+                page = with_early_script(page, compressed=not loopback)
                 options["process_request"] = _checked(page, loopback)
             return serve(*args, **options)
 

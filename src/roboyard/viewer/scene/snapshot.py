@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
     from roboyard.sim import World
+    from roboyard.sim.body import Body
 
 Array = NDArray[np.float64]
 
@@ -40,7 +41,7 @@ class Snapshot:
     model: Any
     """The compiled `mujoco.MjModel`."""
     data: Any
-    """The world's own `mujoco.MjData`; only for `Snapshot.latest_qpos`."""
+    """The world's own `mujoco.MjData`; only for `Snapshot.now`."""
     qpos: Array
     """(nq,) joint positions (rad or m; free joints: position and quaternion w, x, y, z)."""
     shapes: tuple[RenderShape, ...]
@@ -53,10 +54,13 @@ class Snapshot:
     """(k, 2, 3) start and end of the arrows of contact forces, world frame (m); None: they are not shown."""
     pull: Array | None = None
     """(1, 2, 3) the grabbed point of a body and the mouse, world frame (m); None: nothing is grabbed."""
+    poses: tuple[Array, Array] | None = None
+    """(nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z of all links, where there are links that
+    the model does not have; None: as `qpos` says."""
 
-    def latest_qpos(self) -> Array:
-        """Return a copy of the current (nq,) joint positions; during a step it may be partly updated."""
-        return self.data.qpos.copy()
+    def now(self) -> Snapshot:
+        """Return the snapshot with the present joint positions; during a step they may be partly updated."""
+        return self if self.poses is not None else replace(self, qpos=self.data.qpos.copy())
 
 
 def take(
@@ -106,20 +110,27 @@ def corners_of(snapshot: Snapshot, positions: Array, quaternions: Array) -> Arra
 def gather_links(world: World) -> Links:
     """Return all links with unique paths `/<body>/<link>`."""
     welded = world.model.body_weldid  # first: reading the model may renumber the bodies
+    paths = unique_paths(world.bodies)
+    by_owner = {(b.id, link.index): int(b.mujoco_ids[link.index]) for b in world.bodies for link in b.links}
+    rows = {path: by_owner[owner] for owner, path in paths.items()}
+    fixed = frozenset(owner for owner, row in by_owner.items() if welded[row] == 0)
+    return Links(paths=paths, rows=rows, by_owner=by_owner, fixed=fixed)
+
+
+def unique_paths(bodies: Iterable[Body], taken: Collection[str] = ()) -> dict[tuple[int, int], str]:
+    """Return body id and link index to the path of each link's node, `/<body>/<link>`, none of them taken."""
     paths: dict[tuple[int, int], str] = {}
-    rows: dict[str, int] = {}
-    for body in world.bodies:
+    used = set(taken)
+    for body in bodies:
         for link in body.links:
             path = base = f"/{node_name(body.name)}/{node_name(link.name)}"
             k = 1
-            while path in rows:
+            while path in used:
                 k += 1
                 path = f"{base} ({k})"
             paths[(body.id, link.index)] = path
-            rows[path] = int(body.mujoco_ids[link.index])
-    by_owner = {owner: rows[path] for owner, path in paths.items()}
-    fixed = frozenset(owner for owner, row in by_owner.items() if welded[row] == 0)
-    return Links(paths=paths, rows=rows, by_owner=by_owner, fixed=fixed)
+            used.add(path)
+    return paths
 
 
 def node_name(name: str) -> str:

@@ -76,16 +76,20 @@
       const input = make("input", {type: "range", min: 5, max: 100, step: 5});
       input.dataset.layer = layer;
       input.setAttribute("aria-label", `opacity of the ${name}`);
-      input.addEventListener("input", () => later(() => say(["fade", layer, state.picked, input.value / 100, below])));
+      input.addEventListener("input", () => {
+        const link = state.picked, opacity = input.value / 100;  // another may be picked before the message goes
+        later(`${layer} ${link}`, () => say(["fade", layer, link, opacity, below]));
+      });
       fade.append(make("span", {textContent: `${name}:`}), input, make("output", {}));
     });
     host.replaceChildren(make("div", {className: "roboyard-list"}, head, tree), fade, make("label", {className: "below"}, box, "also the links below"));
     host.dataset.made = made;
   };
-  let due = null, timer = null;
-  const later = act => {  // a dragged slider sends a few values, and its last
-    due = act;
-    timer ??= setTimeout(() => { timer = null; due(); }, 150);
+  let timer = null;
+  const due = new Map();
+  const later = (key, act) => {  // a dragged slider sends a few values, and its last
+    due.set(key, act);
+    timer ??= setTimeout(() => { timer = null; for (const each of due.values()) each(); due.clear(); }, 150);
   };
   const fold = i => {
     if (!childrenOf(i).length) return;
