@@ -14,7 +14,7 @@ PACKAGE = "roboyard"
 LAYERS = (
     ("errors", "_bytecode", "_lazy", "_mujoco", "_numba", "_records", "_threads", "_version", "untrusted"),
     ("transforms", "paths", "config", "assets", "native", "pybullet_data"),
-    ("shapes", "whole_moves"),
+    ("shapes", "whole_moves", "_second_process"),
     ("description", "rendering"),
     ("kinematics", "audit"),
     ("repair", "morphology"),

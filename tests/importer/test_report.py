@@ -324,3 +324,62 @@ def test_pictures_are_drawn_only_once_openusd_has_loaded(tmp_path, monkeypatch):
     built = import_robot(file, out=tmp_path / "data", validate=False)
     assert order == ["write_package", "check_files", "robot_sections"]
     assert "data:image" in (built.folder / "import_report.html").read_text()
+
+
+def chain_of(count):
+    links = "".join(
+        f"<link name='l{k}'><inertial><mass value='1'/>"
+        "<inertia ixx='0.01' iyy='0.01' izz='0.01' ixy='0' ixz='0' iyz='0'/></inertial>"
+        "<visual><origin xyz='0 0 0.1'/><geometry><box size='0.1 0.1 0.2'/></geometry></visual>"
+        "<collision><origin xyz='0 0 0.1'/><geometry><box size='0.1 0.1 0.18'/></geometry></collision></link>"
+        for k in range(count)
+    )
+    joints = "".join(
+        f"<joint name='j{k}' type='{'fixed' if k > 1 else 'revolute'}'>"
+        f"<parent link='l{k}'/><child link='l{k + 1}'/>"
+        f"<origin xyz='0 0 0.2'/><axis xyz='{k % 2} {1 - k % 2} 0'/>"
+        "<limit lower='-1' upper='1' effort='300' velocity='2'/></joint>"
+        for k in range(count - 1)
+    )
+    return f"<robot name='chain'>{links}{joints}</robot>"
+
+
+def test_a_second_process_gives_the_same_package(tmp_path, monkeypatch):
+    import json
+    import re
+
+    import roboyard.importer.pipeline as pipeline
+    from roboyard._second_process import SecondProcess
+
+    taken = []
+
+    class Watched(SecondProcess):
+        """Notes which calls the process took."""
+
+        def call(self, function, *arguments):
+            part = super().call(function, *arguments)
+            taken.append((function.__name__, part))
+            return part
+
+    monkeypatch.setattr(pipeline, "SecondProcess", Watched)
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 1}, raising=False)
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    file = tmp_path / "chain.urdf"
+    file.write_text(chain_of(pipeline.LINKS))
+
+    def package(threads):
+        monkeypatch.setenv("ROBOYARD_THREADS", threads)
+        folder = pipeline.import_robot(file, out=tmp_path / f"data{threads}").folder
+        files = {
+            str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()
+        }
+        log = {**json.loads(files.pop("import_log.json")), "seconds": 0}
+        report = files.pop("import_report.html").decode()
+        text = re.sub(r'"(seconds|cached)": [^,}]+', "", json.dumps(log))
+        return files, text, re.sub(r"on a floor, [\d.]+ s;", "", report)
+
+    alone = package("1")
+    assert not any(part.under_way for _, part in taken)
+    taken.clear()
+    assert package("2") == alone
+    assert "get_ready" in [name for name, part in taken if part.under_way]

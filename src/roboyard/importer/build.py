@@ -34,6 +34,7 @@ from roboyard.importer.verify.quality import measure_quality
 from roboyard.paths import writable_data_folder
 
 Step = Callable[[RobotModel, ImportContext], RobotModel]
+Begin = Callable[[ImportContext], None]
 Finish = Callable[[RobotModel, ImportContext], None]
 
 STEPS: tuple[Step, ...] = (
@@ -108,6 +109,8 @@ def build_package(
     xacro_args: Mapping[str, str] | None = None,
     missing_meshes: Literal["warn", "error"] | None = None,
     progress: ProgressCallback | None = None,
+    begin: Begin | None = None,
+    planned: Finish | None = None,
     finish: Finish | None = None,
 ) -> PackageResult:
     """Build a robot's package and move it into the data folder.
@@ -130,6 +133,8 @@ def build_package(
         missing_meshes: "warn" omits shapes whose mesh file is missing, "error" refuses them; by default
             visual shapes are omitted and collision shapes refused.
         progress: called with each step and its progress.
+        begin: called once the source was read.
+        planned: called with the robot before its files are written; its meshes are in the build folder.
         finish: called with the robot after its files are written and before they are moved in; it may add
             files to the package and facts to its log.
 
@@ -174,7 +179,9 @@ def build_package(
                 has_config=loaded.has_config,
                 packages=packages or {},
             )
-            robot = _build(context, finish)
+            if begin is not None:
+                begin(context)
+            robot = _build(context, planned, finish)
             _copy_to_model_folder(build, robot.name)
             final = rebased(robot, context.build, folders.object)
     return PackageResult(
@@ -188,7 +195,7 @@ def build_package(
     )
 
 
-def _build(context: ImportContext, finish: Finish | None) -> RobotModel:
+def _build(context: ImportContext, planned: Finish | None, finish: Finish | None) -> RobotModel:
     from roboyard.importer.resolved_findings import mark_resolved
     from roboyard.importer.verify.read_back import check_files
     from roboyard.importer.write_formats import write_package
@@ -200,6 +207,8 @@ def _build(context: ImportContext, finish: Finish | None) -> RobotModel:
     for step in STEPS:
         with log.step(step.__module__.rpartition(".")[2]):
             robot = step(robot, context)
+    if planned is not None:
+        planned(robot, context)
     with log.step("write"):
         write_package(robot, context)
     with log.step("read_back"):

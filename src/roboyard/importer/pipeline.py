@@ -7,21 +7,23 @@ page.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from roboyard._threads import thread_count
+from roboyard._second_process import Part, SecondProcess
 from roboyard.importer.build import PackageResult, build_package
 
 if TYPE_CHECKING:
     from roboyard.description.robot_model import RobotModel
     from roboyard.importer.context import ImportContext
     from roboyard.importer.import_log import ProgressCallback
+    from roboyard.importer.report.page import RobotSections
     from roboyard.importer.source import ConfigSource, Source
     from roboyard.validation import ValidationReport
+
+LINKS = 8
+"""Links from which a second process pays: an import of fewer is over before it would be ready."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -91,42 +93,60 @@ def import_robot(
         DescriptionError: the URDF cannot be used.
     """
     found: list[ValidationReport] = []
+    drawing: list[Part[RobotSections]] = []
 
-    def finish(robot: RobotModel, context: ImportContext) -> None:
-        from roboyard.importer.report.page import robot_sections, write_import_page
+    with SecondProcess() as second:
 
-        # Pictures take no part in the simulation, so that a second core can draw them meanwhile; not earlier,
-        # since OpenUSD's libraries give up Python's lock while they load: with two threads that load
-        # libraries, each may wait for the other.
-        draw = partial(robot_sections, robot, context.log.facts, context.source)
-        with ThreadPoolExecutor(max_workers=1, thread_name_prefix="pictures") as pool:
-            drawing = pool.submit(draw) if report and thread_count(2) > 1 else None
+        def begin(context: ImportContext) -> None:
+            if (validate or report) and len(context.source.links) >= LINKS:
+                second.begin()
+                second.call(get_ready)
+
+        def draw(robot: RobotModel, context: ImportContext) -> None:
+            from roboyard.importer.report.page import robot_sections
+
+            if report:  # pictures take no part in what follows
+                drawing.append(second.call(robot_sections, robot, context.log.facts, context.source))
+
+        def finish(robot: RobotModel, context: ImportContext) -> None:
+            from roboyard.importer.report.page import write_import_page
+
             if validate:
                 with context.log.step("validation"):
-                    found.extend(_validation(robot, context))
-            if report:
+                    found.extend(_validation(robot, context, second))
+            for part in drawing:
                 with context.log.step("report"):
-                    sections = draw() if drawing is None else drawing.result()
-                    write_import_page(robot, context, found[0] if found else None, sections)
+                    write_import_page(robot, context, found[0] if found else None, part.result())
 
-    built = build_package(
-        source,
-        config=config,
-        name=name,
-        out=out,
-        dataset=dataset,
-        overwrite=overwrite,
-        packages=packages,
-        xacro_args=xacro_args,
-        missing_meshes=missing_meshes,
-        progress=progress,
-        finish=finish,
-    )
+        built = build_package(
+            source,
+            config=config,
+            name=name,
+            out=out,
+            dataset=dataset,
+            overwrite=overwrite,
+            packages=packages,
+            xacro_args=xacro_args,
+            missing_meshes=missing_meshes,
+            progress=progress,
+            begin=begin,
+            planned=draw,
+            finish=finish,
+        )
     values = {field.name: getattr(built, field.name) for field in fields(built)}
     return ImportResult(**values, validation=found[0] if found else None)
 
 
-def _validation(robot: RobotModel, context: ImportContext) -> list[ValidationReport]:
+def get_ready() -> None:
+    """Load what the second process needs: modules, and the loops that draw."""
+    from roboyard.importer.report.pictures import warm_up
+    from roboyard.validation import gates
+
+    assert gates.GATES
+    warm_up()
+
+
+def _validation(robot: RobotModel, context: ImportContext, second: SecondProcess) -> list[ValidationReport]:
     """Run the gates on the package in the build folder; return an empty list where they cannot run."""
     from roboyard.robots import RegisteredRobot
     from roboyard.validation import validate
@@ -137,6 +157,7 @@ def _validation(robot: RobotModel, context: ImportContext) -> list[ValidationRep
         report = validate(
             RegisteredRobot(name=robot.name, file=definition, dataset=context.build),
             progress=lambda gate, share: log.report_progress(share, gate.replace("_", " ")),
+            second=second,
         )
     except Exception as error:  # the package is complete; a validation that cannot run must not lose it
         cause = " ".join(str(error).split())[:300]

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from roboyard._second_process import SecondProcess
 from roboyard.description.robot_model import RobotModel
 from roboyard.description.understanding import understanding
 from roboyard.errors import ConfigError, MeshError, RoboyardError, unknown_name
@@ -30,6 +31,7 @@ def validate(
     seed: int = 0,
     progress: Callable[[str, float], None] | None = None,
     scene: Callable[[Any], None] | None = None,
+    second: SecondProcess | None = None,
     **options: Any,
 ) -> ValidationReport:
     """Run a robot's tests in worlds of their own and return the result of every gate.
@@ -41,6 +43,7 @@ def validate(
         seed: of randomly sampled poses.
         progress: called with the name of each gate and the finished fraction.
         scene: adds a floor (and more) to each world; a plane by default.
+        second: another process that runs gates, too, from the last on.
         options: of `roboyard.robots.add_robot`.
 
     Raises:
@@ -54,11 +57,12 @@ def validate(
     test_world = _test_world(robot, definition, seed, scene, options)
     chosen = [name for name in GATES if gates is None or name in gates]
     results: list[Gate] = []
+    parts = {} if second is None else {name: second.call(GATES[name], test_world) for name in chosen[::-1]}
     for index, name in enumerate(chosen):
         if progress is not None:
             progress(name, index / len(chosen))
         try:
-            results += GATES[name](test_world)
+            results += parts[name].result() if parts else GATES[name](test_world)
         except RoboyardError as error:
             results.append(_broken(name, str(error)))
     joints = (

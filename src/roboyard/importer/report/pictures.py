@@ -63,6 +63,12 @@ def view_of_robot(
     )
 
 
+def warm_up() -> None:
+    """Draw a ball, so that everything is loaded that draws."""
+    ball = _sphere(CollisionSphere(center=(0.0, 0.0, 0.0), radius=1.0), 0)
+    gathered([("ball", np.eye(4), lambda _: [ball])]).picture(width=16, height=16)
+
+
 def resting_frames(description: RobotDescription) -> dict[str, Array]:
     """Return the (4, 4) pose of each link in the root link's frame, each joint at zero or the limit nearest
     to it.
