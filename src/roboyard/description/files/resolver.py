@@ -40,7 +40,7 @@ from roboyard.description.files.workspaces import (
     workspace_sources,
 )
 from roboyard.shapes.cache import mesh_folder
-from roboyard.untrusted.files import check_file, is_inside
+from roboyard.untrusted.files import check_file
 
 MAX_LEVELS = 8
 MAX_BYTES = 512 * 1024 * 1024
@@ -267,7 +267,7 @@ class Resolver:
             if known == name:
                 yield _Candidate(Path(folder), tail)
         for root in self._given:
-            if _is_own_package(root / name, root):
+            if self._is_own_package(root / name, root):
                 yield _Candidate(root / name, tail)
             if root.name == name or package_name(root) == name:
                 yield _Candidate(root, tail)
@@ -277,7 +277,7 @@ class Resolver:
             if folder.name == name:
                 yield _Candidate(folder, tail)
             for place in (folder / name, folder / "models" / name):
-                if place.resolve().is_relative_to(folder.resolve()):
+                if self._real(place).is_relative_to(self._real(folder)):
                     yield _Candidate(place, tail)
         for root in (*self._given, *package_folders(self._above)):
             package = packages_below(root).get(name)
@@ -338,10 +338,33 @@ class Resolver:
         """True where `found`, symbolic links resolved, stays inside `root` or another trusted folder."""
         if found.is_relative_to(root) and any(root.is_relative_to(share) for share in self._installed):
             return True
-        if is_inside(found, (*self._workspaces, root, *self._trusted)):
-            return True
         real = found.resolve()
-        return any(_is_in_mesh_folder(real, folder.resolve()) for folder in self._above[1:3])
+        try:
+            if any(real.is_relative_to(self._real(f)) for f in (*self._workspaces, root, *self._trusted)):
+                return True
+        except (OSError, RuntimeError, ValueError):  # links in a ring, a name that no file can have
+            pass
+        return any(_is_in_mesh_folder(real, self._real(folder)) for folder in self._above[1:3])
+
+    def _is_own_package(self, folder: Path, root: Path) -> bool:
+        """True unless `folder` is a link out of `root` to something that is no package."""
+        try:
+            if self._real(folder).is_relative_to(self._real(root)):
+                return True
+        except (OSError, RuntimeError, ValueError):  # links in a ring, a name that no file can have
+            return False
+        return any((folder / manifest).is_file() for manifest in ("package.xml", "model.config"))
+
+    def _real(self, folder: Path) -> Path:
+        """Return a folder with symbolic links resolved, as they led when it was first asked for."""
+        found = self._resolved.get(folder)
+        if found is None:
+            found = self._resolved[folder] = folder.resolve()
+        return found
+
+    @cached_property
+    def _resolved(self) -> dict[Path, Path]:
+        return {}
 
 
 def _outside(file: Path) -> str:
@@ -349,16 +372,6 @@ def _outside(file: Path) -> str:
         f"{file} is outside the robot's folders, so it is not opened; "
         f"move it there or pass its folder in search_paths"
     )
-
-
-def _is_own_package(folder: Path, root: Path) -> bool:
-    """True unless `folder` is a link out of `root` to something that is no package."""
-    try:
-        if folder.resolve().is_relative_to(root.resolve()):
-            return True
-    except (OSError, RuntimeError, ValueError):  # links in a ring, a name that no file can have
-        return False
-    return any((folder / manifest).is_file() for manifest in ("package.xml", "model.config"))
 
 
 def _is_in_mesh_folder(file: Path, folder: Path) -> bool:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from roboyard._records import dataclass
-from roboyard.description.files.resolver import Resolver
+from roboyard.description.files.resolver import Resolved, Resolver
 from roboyard.description.model import CONTACT_TAGS, INERTIA_KEYS, Pose, Quaternion, Vector3
 from roboyard.description.urdf.elements import (
     GEOMETRY_TAGS,
@@ -47,6 +48,13 @@ class _Parser:
     numbers: NumberParser
     resolver: Resolver
     stats_by_file: Mapping[Path, MeshStats | MeshError]
+    found: dict[str, Resolved] = field(default_factory=dict)
+
+    def file(self, uri: str) -> Resolved:
+        """Return the file that a URI names; each is looked for once."""
+        if uri not in self.found:
+            self.found[uri] = self.resolver.resolve(uri)
+        return self.found[uri]
 
 
 def parse_elements(
@@ -185,7 +193,7 @@ def _mesh(element: ET.Element, parser: _Parser) -> MeshElement:
     return MeshElement(
         element=element,
         uri=uri,
-        found=parser.resolver.resolve(uri),
+        found=parser.file(uri),
         scale=scale,
         stats_by_file=parser.stats_by_file,
     )
@@ -202,7 +210,7 @@ def _material(element: ET.Element, link: str, parser: _Parser) -> MaterialElemen
         link=link,
         name=name,
         rgba=numbers.vector(color, "rgba", 3 if count == 3 else 4),
-        texture=parser.resolver.resolve(uri) if uri else None,
+        texture=parser.file(uri) if uri else None,
     )
 
 
