@@ -7,19 +7,21 @@ import sys
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 from small_robots import joint, link, robot
 
-from roboyard.description import Joint
-from roboyard.description.model import Limit
+from roboyard.description import Joint, RobotDescription
+from roboyard.description.model import Limit, Link, Mesh, Pose, Visual
 from roboyard.description.semantic import EndEffector
 from roboyard.morphology.analyze import infer_semantics
 from roboyard.morphology.arms import find_arms, find_trunk, longest_chain_tip
 from roboyard.morphology.bounds import robot_bounds
 from roboyard.morphology.grippers import find_grippers
 from roboyard.morphology.joint_ranges import full_range, home_position
+from roboyard.transforms import matrix_from_quaternion
 
 TURN = 2 * math.pi
 
@@ -78,6 +80,35 @@ def test_bounds_count_only_the_requested_kind_of_shape() -> None:
     assert visual[1] == pytest.approx([1, 1, 1], rel=1e-3)
     assert collision[1] == pytest.approx([0.5, 0.5, 0.5])
     assert robot_bounds(description, visual=False, collision=False) is None
+
+
+def test_bounds_of_one_file_in_many_places(tmp_path: Path) -> None:
+    points = np.random.default_rng(3).normal(size=(30, 3))
+    faces = "".join(f"f {k} {k + 1} {k + 2}\n" for k in range(1, 29))
+    (tmp_path / "part.obj").write_text(
+        "".join(f"v {x:.17g} {y:.17g} {z:.17g}\n" for x, y, z in points) + faces
+    )
+    places = [
+        ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0)),
+        ((3.0, 1.0, -2.0), (0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0)),
+        ((3.0, 1.0, -2.0), (0.0, 0.6, 0.0, 0.8), (1.0, 1.0, 1.0)),
+        ((-9.0, 1.0, -2.0), (0.0, 0.6, 0.0, 0.8), (1.0, -2.0, 1.0)),
+    ]
+    for count in range(1, len(places) + 1):
+        visuals = tuple(
+            Visual(
+                geometry=Mesh(uri="part.obj", path=tmp_path / "part.obj", scale=scale),
+                origin=Pose(position=position, quaternion=turn),
+            )
+            for position, turn, scale in places[:count]
+        )
+        found = robot_bounds(RobotDescription(name="r", links=(Link(name="a", visuals=visuals),), joints=()))
+        moved = [
+            (points * scale) @ matrix_from_quaternion(np.array(turn)).T + position
+            for position, turn, scale in places[:count]
+        ]
+        every = np.concatenate(moved)
+        assert found == pytest.approx(np.stack([every.min(axis=0), every.max(axis=0)]), abs=1e-12)
 
 
 def chain(prefix: str, start: str, count: int, kind: str = "revolute") -> list[str]:
