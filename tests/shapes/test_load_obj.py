@@ -176,3 +176,62 @@ def test_meshes_share_images_and_material_libraries(tmp_path):
     (tmp_path / "a.mtl").write_text("newmtl wood\nKd 1 0 0\nmap_Kd wood.png\nd 0.5\n")
     (tmp_path / "three.obj").write_text(text)
     assert load_mesh(tmp_path / "three.obj").colors is not None, "a changed library is read again"
+
+
+def counted(monkeypatch):
+    """Return a list that grows by a file's name whenever an OBJ is read."""
+    from roboyard.shapes.readers import read_obj
+
+    names, original = [], read_obj.read_obj
+
+    def read(data, file):
+        names.append(file.name)
+        return original(data, file)
+
+    monkeypatch.setattr(read_obj, "read_obj", read)
+    return names
+
+
+def test_a_copy_is_not_read_again(tmp_path, monkeypatch):
+    names = counted(monkeypatch)
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0.123\nf 1 2 3\n")
+    (tmp_path / "c.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0.124\nf 1 2 3\n")
+    first = load_mesh(tmp_path / "a.obj")
+    assert load_mesh(tmp_path / "b.obj") is first
+    assert load_mesh(tmp_path / "c.obj").vertices[2, 2] == 0.124
+    assert names == ["a.obj", "c.obj"]
+
+
+def test_a_copy_beside_other_materials_is_read(tmp_path, monkeypatch):
+    names = counted(monkeypatch)
+    colors = {"a": "1 0 0", "b": "1 0 0", "c": "0 1 0", "d": None}
+    meshes = {}
+    for name, color in colors.items():
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "part.obj").write_text(
+            "mtllib looks.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0.125\nusemtl paint\nf 1 2 3\n"
+        )
+        if color is not None:
+            (folder / "looks.mtl").write_text(f"newmtl paint\nKd {color}\n")
+        meshes[name] = load_mesh(folder / "part.obj")
+    assert meshes["b"] is meshes["a"] and len(names) == 3
+    assert [meshes[name].colors[0, :2].tolist() for name in "abc"] == [[255, 0], [255, 0], [0, 255]]
+    assert meshes["d"].colors is None
+
+
+def test_a_copy_beside_another_picture_is_read(tmp_path):
+    meshes = []
+    for name, shade in (("a", 10), ("b", 10), ("c", 200)):
+        folder = tmp_path / name
+        folder.mkdir()
+        Image.fromarray(np.full((2, 2, 3), shade, dtype=np.uint8)).save(folder / "skin.png")
+        (folder / "looks.mtl").write_text("newmtl paint\nmap_Kd skin.png\n")
+        (folder / "part.obj").write_text(
+            "mtllib looks.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0.126\nvt 0 0\nvt 1 0\nvt 0 1\n"
+            "usemtl paint\nf 1/1 2/2 3/3\n"
+        )
+        meshes.append(load_mesh(folder / "part.obj"))
+    assert meshes[1] is meshes[0]
+    assert [int(mesh.texture[0, 0, 0]) for mesh in meshes] == [10, 10, 200]

@@ -11,15 +11,17 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
+from hashlib import blake2b
 from importlib import import_module
 from pathlib import Path
+from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh, read_only
-from roboyard.shapes.readers.external_files import clear_images
+from roboyard.shapes.readers.external_files import clear_images, external_names, find_external_file
 from roboyard.shapes.readers.parts import (
     Part,
     TooManyTrianglesError,
@@ -45,6 +47,10 @@ _READERS = {
 MESH_SUFFIXES = tuple(_READERS)
 
 _cache: OrderedDict[tuple[str, int, int], TriangleMesh] = OrderedDict()
+_by_content: WeakValueDictionary[tuple[str, bytes], TriangleMesh] = WeakValueDictionary()
+"""Meshes in memory by the suffix and a digest of their files: a copy of a file is not read again."""
+_external: WeakKeyDictionary[TriangleMesh, tuple[tuple[str, bytes], ...]] = WeakKeyDictionary()
+"""Names that a mesh's file gives of external files, and a digest of each; empty where there is none."""
 _cache_lock = threading.Lock()
 
 
@@ -138,11 +144,23 @@ def _read(file: Path, size: int) -> TriangleMesh:
     if data.startswith(b"version https://git-lfs"):
         pointer = f"the file is a git-lfs pointer of {size} bytes"
         raise MeshError(f"{pointer}, not the mesh; fetch it with: git lfs pull", file=file)
+    content = (file.suffix.lower(), blake2b(data).digest())
+    with _cache_lock:
+        known = _by_content.get(content)
+    if known is not None and _has_same_external(known, file):
+        return known
     try:
-        parts = reader(data, file)
+        with external_names() as asked:
+            parts = reader(data, file)
         check_triangles(sum(len(part.faces) for part in parts))
         check_vertices(sum(len(part.vertices) for part in parts))
-        return _checked(combine(parts), file)
+        mesh = _checked(combine(parts), file)
+        if all(mesh_file == file for mesh_file, _ in asked):
+            names = dict.fromkeys(name for _, name in asked)
+            external = tuple((name, _external_content(file, name)) for name in names)
+            with _cache_lock:
+                _by_content[content], _external[mesh] = mesh, external
+        return mesh
     except TooManyTrianglesError as error:
         raise MeshError(str(error), file=file) from None
     except MeshError:
@@ -151,6 +169,20 @@ def _read(file: Path, size: int) -> TriangleMesh:
         kind = file.suffix.lower().lstrip(".").upper()
         reason = " ".join(str(error).split())[:160] or type(error).__name__
         raise MeshError(f"not a readable {kind} file ({reason}); export the mesh again", file=file) from error
+
+
+def _has_same_external(mesh: TriangleMesh, file: Path) -> bool:
+    """Return whether a file's external files are those of a mesh that was read from an equal file."""
+    return all(_external_content(file, name) == content for name, content in _external[mesh])
+
+
+def _external_content(file: Path, name: str) -> bytes:
+    """Return a digest of an external file of a mesh file; empty where there is none."""
+    found = find_external_file(file, name)
+    try:
+        return b"" if found is None else blake2b(read_file(found, MAX_FILE_BYTES)).digest()
+    except OSError:
+        return b""
 
 
 def _checked(mesh: TriangleMesh | None, file: Path) -> TriangleMesh:

@@ -7,8 +7,10 @@ import logging
 import re
 import warnings
 from collections import OrderedDict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from threading import Lock
+from threading import Lock, local
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
@@ -37,6 +39,19 @@ _MESH_FOLDER = re.compile(
 )
 _IMAGES = ("PNG", "JPEG", "BMP", "TGA", "GIF", "TIFF", "WEBP", "PPM", "DDS")
 _log = logging.getLogger(__name__)
+_asked = local()
+
+
+@contextmanager
+def external_names() -> Iterator[list[tuple[Path, str]]]:
+    """Collect what `find_external_file` is asked for in this thread: the mesh's file and the name."""
+    asked: list[tuple[Path, str]] = []
+    before = getattr(_asked, "names", None)
+    _asked.names = asked
+    try:
+        yield asked
+    finally:
+        _asked.names = before
 
 
 def find_external_file(mesh_file: Path, name: str) -> Path | None:
@@ -45,6 +60,9 @@ def find_external_file(mesh_file: Path, name: str) -> Path | None:
     The mesh's folders are its own and, while their names are those of mesh folders (`meshes/visual/`), the
     parent folders. Symbolic links are resolved before the check.
     """
+    asked = getattr(_asked, "names", None)
+    if asked is not None:
+        asked.append((mesh_file, name))
     text = unquote(name.strip().removeprefix("file://")).replace("\\", "/")
     if not text or "\0" in text:
         return None
