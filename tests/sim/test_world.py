@@ -216,3 +216,40 @@ def test_a_heap_of_boxes_comes_to_rest(profile):
     assert np.median(speeds) < 1e-3 and (speeds < 0.05).mean() > 0.9
     assert fastest < 8.0
     assert heights.min() > 0.097
+
+
+LEGGED = """<robot name="legged"><link name="base"><inertial><mass value="5"/>
+<inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.05"/></inertial>
+<collision><geometry><box size="0.4 0.2 0.1"/></geometry></collision></link>{}</robot>"""
+LEG = """<link name="{0}a"><inertial><mass value="0.05"/>
+<inertia ixx="1e-5" ixy="0" ixz="0" iyy="1e-5" iyz="0" izz="1e-5"/></inertial></link>
+<link name="{0}b"><inertial><mass value="0.05"/>
+<inertia ixx="1e-5" ixy="0" ixz="0" iyy="1e-5" iyz="0" izz="1e-5"/></inertial>
+<collision><geometry><sphere radius="0.02"/></geometry></collision></link>
+<joint name="{0}1" type="revolute"><parent link="base"/><child link="{0}a"/><origin xyz="{1} {2} -0.05"/>
+<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="20" velocity="10"/></joint>
+<joint name="{0}2" type="revolute"><parent link="{0}a"/><child link="{0}b"/><origin xyz="0 0 -0.1"/>
+<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="20" velocity="10"/></joint>"""
+
+
+@pytest.mark.parametrize("profile", [PLAIN, BULLET], ids=["plain", "bullet"])
+def test_a_robot_stands_among_many_as_it_stands_alone(profile, tmp_path):
+    """The contacts of a robot do not soften with the number of joints beside it."""
+    feet = [("a", 0.2, 0.1), ("b", 0.2, -0.1), ("c", -0.2, 0.1), ("d", -0.2, -0.1)]
+    file = tmp_path / "legged.urdf"
+    file.write_text(LEGGED.format("".join(LEG.format(*foot) for foot in feet)))
+    found = []
+    for count in (1, 20):
+        world = World(profile=profile, visual_geoms=False)
+        world.add_plane()
+        robots = [world.add_urdf(file, (k, 0, 0.18), fixed_base=False) for k in range(count)]
+        for joint in (joint for robot in robots for joint in robot.joints):
+            if profile.pid_drives:
+                joint.drive_position(0.0)
+            else:
+                world.motors.set(joint, position=0.0, max_force=20.0)
+        world.step(120)
+        assert (world.live_model.nv >= 250) == (count == 20)
+        assert world.solver == "newton"
+        found.append(robots[0].position[2])
+    assert found[1] == pytest.approx(found[0], abs=1e-6)

@@ -74,7 +74,7 @@ class Engine(Generic[BodyT]):
         self._geom_owners: np.ndarray | None = None
         self._memory_least = MEMORY_LEAST
         """Bytes of the arena that this world has needed."""
-        self._dofs = 0
+        self._dofs = self._free_dofs = 0
         self._has_joints = False
         """Degrees of freedom of all active bodies in MuJoCo's arrays."""
         WORLDS.add(self, _array_bytes)
@@ -190,6 +190,7 @@ class Engine(Generic[BodyT]):
         if not self._stale:
             return
         self._dofs = sum(body.built.dofs for body in self.body_by_id.values())
+        self._free_dofs = sum(body.built.free_dofs for body in self.body_by_id.values())
         self._has_joints = any(_has_joints(body) for body in self.body_by_id.values())
         spec = self.raw_spec
         self._apply_options(spec.option)
@@ -270,6 +271,7 @@ class Engine(Generic[BodyT]):
         body.refresh(self._model)
         was_pile, had_joints = self._is_pile, self._has_joints
         self._dofs += body.built.dofs
+        self._free_dofs += body.built.free_dofs
         self._has_joints |= _has_joints(body)
         if self._has_joints != had_joints:
             self._apply_options(self._model.opt)
@@ -286,6 +288,7 @@ class Engine(Generic[BodyT]):
         It must not have been the body that made the world a pile.
         """
         self._dofs -= body.built.dofs
+        self._free_dofs -= body.built.free_dofs
         self._rows_changed(body, owner=-1)
 
     def _rows_changed(self, body: EngineBody, *, owner: int) -> None:
@@ -301,8 +304,8 @@ class Engine(Generic[BodyT]):
         return self.would_be_pile(more_dofs=0)
 
     def would_be_pile(self, *, more_dofs: int) -> bool:
-        """Return whether the world is solved as a pile with so many degrees of freedom more."""
-        return chosen_solver(self._solver, self._dofs + more_dofs) == "cg"
+        """Return whether the world is solved as a pile with so many degrees of freedom of free bases more."""
+        return chosen_solver(self._solver, self._free_dofs + more_dofs) == "cg"
 
     def _apply_options(self, option: Any) -> None:
         """Write time step, gravity and solver into the options of a spec or an MjModel."""
@@ -311,6 +314,7 @@ class Engine(Generic[BodyT]):
             timestep=self._timestep,
             gravity=self._gravity,
             dofs=self._dofs,
+            free_dofs=self._free_dofs,
             has_joints=self._has_joints,
             solver=self._solver,
             profile=self.profile,
@@ -439,7 +443,7 @@ class Engine(Generic[BodyT]):
     @property
     def solver(self) -> str:
         """The solver of contacts now: "newton" or "cg"."""
-        return chosen_solver(self._solver, sum(b.built.dofs for b in self.body_by_id.values()))
+        return chosen_solver(self._solver, sum(b.built.free_dofs for b in self.body_by_id.values()))
 
     @solver.setter
     def solver(self, value: Solver) -> None:

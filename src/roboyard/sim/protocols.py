@@ -66,7 +66,7 @@ class PoolEngine(Protocol):
         ...
 
     def would_be_pile(self, *, more_dofs: int) -> bool:
-        """Whether the world would use the solver for piles with so many degrees of freedom more."""
+        """Whether the world would be solved as a pile with so many degrees of freedom of free bases more."""
         ...
 
 

@@ -56,6 +56,11 @@ class Built:
     notes: list[str] = field(default_factory=list)
     dofs: int = 0
 
+    @property
+    def free_dofs(self) -> int:
+        """Degrees of freedom of the base: 6 where nothing holds it, else 0."""
+        return 0 if self.free_joint is None else 6
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BuildOptions:

@@ -12,11 +12,12 @@ if TYPE_CHECKING:
 Solver = Literal["auto", "newton", "cg"]
 
 PILE_DOFS = 250
-"""Degrees of freedom from which "auto" solves a world as a pile.
+"""Degrees of freedom of free bases from which "auto" solves a world as a pile.
 
 Newton factorises a matrix of all dofs in contact with one another, at a cost that grows with its square, and
-needs two or three iterations; conjugate gradients cost a matrix product an iteration. A robot has tens of
-dofs; forty boxes in one heap have 240.
+needs two or three iterations; conjugate gradients cost a matrix product an iteration. Forty boxes in one heap
+have 240. Joints do not count: a robot with 120 of them is one body among others, and where its limits and
+drives act on light fingers, conjugate gradients end far from the solution.
 """
 PILE_ITERATIONS = 50
 """Iterations of a pile; most steps at rest need fewer than ten with a warm start."""
@@ -33,7 +34,7 @@ LIMIT_SOLIMP = (0.99, 0.9999, 0.001, 0.5, 2.0)
 the inertia that moves: 0.02 rad for a wrist of 1e-4 kg m² that other limbs press, with the d of contacts."""
 
 
-DENSE_DOFS = 600
+DENSE_DOFS = 1500
 """Degrees of freedom below which Newton works on dense matrices in a world with joints.
 
 MuJoCo takes sparse ones from 60 on. Where limbs of a robot touch each other and the floor, MuJoCo 4.0's
@@ -64,6 +65,7 @@ def apply_options(
     timestep: float,
     gravity: tuple[float, float, float],
     dofs: int,
+    free_dofs: int,
     has_joints: bool,
     solver: Solver,
     profile: PhysicsProfile,
@@ -87,7 +89,7 @@ def apply_options(
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = profile.impratio
     option.disableflags = flags
-    chosen = chosen_solver(solver, dofs)
+    chosen = chosen_solver(solver, free_dofs)
     if chosen == "cg":
         option.solver = mujoco.mjtSolver.mjSOL_CG
         option.iterations = PILE_ITERATIONS
@@ -101,8 +103,8 @@ def apply_options(
         option.jacobian = kinds.mjJAC_DENSE if has_joints and dofs < DENSE_DOFS else kinds.mjJAC_AUTO
 
 
-def chosen_solver(solver: Solver, dofs: int) -> Literal["newton", "cg"]:
-    """Return the solver of a world with so many degrees of freedom."""
+def chosen_solver(solver: Solver, free_dofs: int) -> Literal["newton", "cg"]:
+    """Return the solver of a world whose free bases have so many degrees of freedom."""
     if solver != "auto":
         return solver
-    return "cg" if dofs >= PILE_DOFS else "newton"
+    return "cg" if free_dofs >= PILE_DOFS else "newton"

@@ -298,7 +298,7 @@ class BodyPool:
         engine, built = self._engine, body.built
         if engine.is_stale or not is_apart(body, engine.live_model):
             return False
-        if engine.would_be_pile(more_dofs=0) and not engine.would_be_pile(more_dofs=-built.dofs):
+        if engine.would_be_pile(more_dofs=0) and not engine.would_be_pile(more_dofs=-built.free_dofs):
             return False  # contacts turn hard again: their numbers are in the spec
         slot = self._slot_of.pop(body.id, None)
         if slot is None and (
