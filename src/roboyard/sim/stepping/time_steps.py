@@ -16,6 +16,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.constraints import Constraints
+from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.sequential_motors import SequentialMotors
@@ -79,10 +80,13 @@ class Stepping:
         """Contacts that slide, where contacts are soft."""
         self.stops = JointStops(world)
         """Joints that pass their stops within a step, where limits are soft."""
+        self.fast_turns = FastTurns()
+        """Mechanisms that turn fast, where the integrator is implicit."""
         self.manifolds = Manifolds(world)
         """Points that pairs keep, where contacts are rigid."""
         self.in_turn = SequentialMotors(world, motors, surfaces, self.manifolds, constraints)
         """Robots with motors, where they are solved row by row as Bullet does."""
+        self._is_implicit = world.profile.integrator == "implicitfast"
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = self._slides = False
         self._is_in_turn = False
         """Whether robots with motors, or constraints, may be solved row by row."""
@@ -113,12 +117,14 @@ class Stepping:
         self._compiled = None
         self.sliding.invalidate()
         self.stops.invalidate()
+        self.fast_turns.invalidate()
         self.manifolds.invalidate()
         self.in_turn.invalidate()
 
     def note_bodies(self) -> None:
         """Note that bodies were added or removed, with or without a compile."""
         self.sliding.invalidate()
+        self.fast_turns.invalidate()
         self.manifolds.invalidate()
         self.in_turn.invalidate()
 
@@ -133,6 +139,8 @@ class Stepping:
 
     def plain_step(self, model: Any, data: Any) -> None:
         """Execute one step of a world whose only rules are that sliding does not lift and stops hold."""
+        if self._is_implicit:
+            self.fast_turns.choose(model, data)
         if not self.stops.is_watching(model, data):
             self._plain_attempt(model, data)
             return
@@ -235,6 +243,8 @@ class Stepping:
         self.in_turn.prepare(model, data, timestep)
 
     def _whole_step(self, model: Any, data: Any) -> None:
+        if self._is_implicit:
+            self.fast_turns.choose(model, data)
         if self.stops.is_watching(model, data):
             self.stops.keep(data, forces=self._has_surfaces)
             self._attempt(model, data)
