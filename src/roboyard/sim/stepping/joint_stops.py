@@ -51,7 +51,7 @@ class JointStops:
         self._options = model.opt
         count = model.njnt
         self._side = np.zeros(count, dtype=np.uint8)
-        self._free, self._ask = np.zeros(count), np.zeros(count)
+        self._ask, self._bracket = np.zeros(count), np.zeros((count, 5))
         self._qpos, self._qvel, self._act = data.qpos, data.qvel, data.act
         self._kept = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.na)
         self._forces = np.zeros((model.nbody, 6))
@@ -61,7 +61,7 @@ class JointStops:
             *(limited, self._limits, self._places, model.jnt_dofadr),
             *(self._kept[0], self._qpos, self._qvel),
         )
-        self._noted = self._side, self._free, self._ask
+        self._noted = self._side, self._ask, self._bracket
 
     def keep(self, data: Any, *, forces: bool) -> None:
         """Keep the state before a step, and the forces on links where the step adds to them."""
@@ -76,7 +76,7 @@ class JointStops:
             self._forces[:] = data.xfrc_applied
 
     def passed(self) -> bool:
-        """Return whether the step carried joints through their stops; they are noted."""
+        """Return whether joints passed their stops or were thrown back by them; they are noted."""
         return kernels().passed_stops(*self._joints, self._options.timestep, *self._noted) > 0
 
     def go_back(self, model: Any, data: Any) -> None:
