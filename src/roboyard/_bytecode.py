@@ -98,7 +98,7 @@ def _write(path: str, content: bytes) -> None:
 def _folder_for(root: str) -> str | None:
     """Return the folder, made now, for bytecode of a package; None where others may write, or no one."""
     name = f"{sys.implementation.cache_tag}-{crc32(os.fsencode(root)):08x}"
-    folder = os.path.join(_user_cache(), "bytecode", name)
+    folder = os.path.join(user_cache(), "bytecode", name)
     try:
         os.makedirs(folder, mode=0o700, exist_ok=True)
         found = os.stat(folder)
@@ -109,8 +109,8 @@ def _folder_for(root: str) -> str | None:
     return folder
 
 
-def _user_cache() -> str:
-    """Return what `platformdirs` does, whose import takes as long as a quarter of the package's modules."""
+def user_cache() -> str:
+    """Return the folder that `platformdirs` names, whose import takes as long as thirty of our modules."""
     if sys.platform in ("win32", "darwin"):
         from platformdirs import user_cache_dir
 

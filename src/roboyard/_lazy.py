@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache, partial
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 
@@ -36,6 +37,54 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
         return value
 
     return load
+
+
+class LazyLogger:
+    """A logger whose module is imported when something is logged."""
+
+    def __init__(self, name: str) -> None:
+        """Name the logger."""
+        self._name = name
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(import_module("logging").getLogger(self._name), name)
+
+
+class Deferred(ModuleType):
+    """The place of a module that is imported when one of its names is first used."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(_real(self.__name__), name)
+
+
+@contextmanager
+def deferred(*names: str) -> Iterator[list[str]]:
+    """Have modules that are imported meanwhile import others of these names only when they use them.
+
+    For modules of other packages, which import at their start what programs rarely need.
+
+    Args:
+        names: full names of modules; those that are imported already stay as they are.
+
+    Yields:
+        The names that are deferred.
+    """
+    modules: dict[str, Any] = sys.modules
+    waiting = [name for name in names if name not in modules]
+    modules.update({name: Deferred(name) for name in waiting})
+    try:
+        yield waiting
+    finally:
+        for name in waiting:
+            if isinstance(modules.get(name), Deferred):
+                del modules[name]
+
+
+def _real(name: str) -> Any:
+    """Return the module whose place a `Deferred` takes, which another thread may ask for meanwhile."""
+    if isinstance(sys.modules.get(name), Deferred):
+        del sys.modules[name]
+    return import_module(name)
 
 
 _has_frozen = False

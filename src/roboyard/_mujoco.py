@@ -8,14 +8,17 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Any
+
+from roboyard._lazy import Deferred, deferred
 
 _WINDOW_MODULES = {
     "Renderer": "mujoco.rendering.classic.renderer",
     "GLContext": "mujoco.rendering.classic.gl_context",
 }
 """Name in `mujoco` to the module that defines it. MuJoCo skips the modules where they are not installed."""
+_UNUSED = ("ctypes.util", "subprocess", "zipfile")
+"""Modules that MuJoCo imports for other systems, and for worlds in archives."""
 _METADATA = "importlib.metadata"
 _INFO = (".dist-info", ".egg-info")
 _PLUGINS = "mujoco.plugins"
@@ -32,15 +35,18 @@ def load_mujoco() -> None:
     hidden = [name for name in _WINDOW_MODULES.values() if name not in sys.modules]
     modules: dict[str, Any] = sys.modules
     modules.update(dict.fromkeys(hidden))  # None: Python reports the module as not found
-    if _METADATA not in modules and not plugins_are_installed(sys.path):
-        hidden.append(_METADATA)
+    no_plugins = _METADATA not in modules and not plugins_are_installed(sys.path)
+    if no_plugins:
         modules[_METADATA] = _NoPlugins(_METADATA)
     try:
-        mujoco: Any = import_module("mujoco")
+        with deferred(*_UNUSED):
+            mujoco: Any = import_module("mujoco")
     finally:
         for name in hidden:
-            if modules.get(name) is None or isinstance(modules[name], _NoPlugins):
+            if modules.get(name) is None:
                 modules.pop(name, None)
+        if no_plugins and isinstance(modules.get(_METADATA), _NoPlugins):
+            del modules[_METADATA]
     mujoco.__getattr__ = _window_name
 
 
@@ -63,24 +69,14 @@ def plugins_are_installed(folders: list[str]) -> bool:
     return False
 
 
-class _NoPlugins(ModuleType):
+class _NoPlugins(Deferred):
     """The place of `importlib.metadata` while MuJoCo looks for plugins, since loading that takes 0.03 s."""
 
     def __getattr__(self, name: str) -> Any:
-        if name == "entry_points":
-            return _entry_points
-        return getattr(_metadata(), name)
-
-
-def _entry_points(**asked: str) -> Any:
-    return () if asked == {"group": _PLUGINS} else _metadata().entry_points(**asked)
-
-
-def _metadata() -> Any:
-    """Return the real module, which another thread may ask for meanwhile."""
-    if isinstance(sys.modules.get(_METADATA), _NoPlugins):
-        del sys.modules[_METADATA]
-    return import_module(_METADATA)
+        real = super().__getattr__
+        if name != "entry_points":
+            return real(name)
+        return lambda **asked: () if asked == {"group": _PLUGINS} else real(name)(**asked)
 
 
 def _window_name(name: str) -> Any:

@@ -6,13 +6,18 @@ but `__init__` are closures over the names of the fields, and `__init__` is comp
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import MISSING, Field, FrozenInstanceError
 from operator import attrgetter
 from reprlib import recursive_repr
 from typing import TYPE_CHECKING, Any
+
+from roboyard._lazy import deferred
+
+with deferred("inspect"):  # for classes without a docstring only, and as long to import as the rest
+    import dataclasses
+    from dataclasses import MISSING, Field, FrozenInstanceError
+    from dataclasses import replace as replace
 
 
 class _Factory:

@@ -12,7 +12,9 @@ SOURCE = ROOT / "src"
 PACKAGE = "roboyard"
 
 LAYERS = (
-    ("errors", "_bytecode", "_lazy", "_mujoco", "_numba", "_records", "_threads", "_version", "untrusted"),
+    ("errors", "_bytecode", "_lazy", "_numba", "_threads", "_version", "untrusted"),
+    ("_records",),
+    ("_mujoco",),
     ("transforms", "paths", "config", "assets", "native", "pybullet_data"),
     ("shapes", "whole_moves", "_second_process"),
     ("description", "rendering"),

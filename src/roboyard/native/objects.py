@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from roboyard._bytecode import user_cache
 from roboyard._lazy import paused_collection
 from roboyard.native.called import source_of
 from roboyard.native.images import image_from_bytes, image_of
@@ -133,9 +134,7 @@ def _folder(source: Path) -> Path:
     beside = source.parent / "__pycache__"
     if os.access(beside if beside.exists() else source.parent, os.W_OK):
         return beside
-    from platformdirs import user_cache_path
-
-    return user_cache_path("roboyard", appauthor=False) / "native"
+    return Path(user_cache()) / "native"
 
 
 def _stored(path: Path) -> bytes | None:

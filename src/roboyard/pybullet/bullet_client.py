@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from functools import partial
-from inspect import isbuiltin
+from types import BuiltinFunctionType
 from typing import Any
 
 import roboyard.pybullet as bullet
@@ -49,7 +49,7 @@ class BulletClient:
             AttributeError: the API has no such name.
         """
         value = getattr(bullet, name)
-        if isbuiltin(value):
+        if isinstance(value, BuiltinFunctionType):
             value = partial(value, physicsClientId=self._client)
         if name == "disconnect":
             self._client = -1

@@ -12,6 +12,8 @@ import sys
 from importlib.machinery import PathFinder
 from pathlib import Path
 
+from roboyard._bytecode import user_cache
+
 PACKAGE = "pybullet_data"
 DISTRIBUTION = "pybullet"
 """Distribution that contains `pybullet_data`."""
@@ -107,10 +109,8 @@ def missing_file_remedy(name: str) -> str | None:
 def _cache_folders() -> tuple[Path, ...]:
     import tempfile
 
-    from platformdirs import user_cache_path
-
     user = getattr(os, "getuid", lambda: 0)()
-    return user_cache_path("roboyard", appauthor=False), Path(tempfile.gettempdir()) / f"roboyard-{user}"
+    return Path(user_cache()), Path(tempfile.gettempdir()) / f"roboyard-{user}"
 
 
 def _merge(ours: Path, theirs: Path, target: Path, inside: str) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import logging
 from pathlib import Path
 from typing import Any
 
-_log = logging.getLogger("roboyard")
+from roboyard._lazy import LazyLogger
+
+_log = LazyLogger("roboyard")
 _announced = False
 _warm: set[int] = set()
 """Kernels that were found compiled or stored, so that the disk is asked once."""

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._bytecode import user_cache
 from roboyard.untrusted.arrays import ArraysError, read_arrays
 
 MAX_BYTES = 256 << 20
@@ -25,9 +26,7 @@ def cache_folder() -> Path:
     named = os.environ.get("ROBOYARD_CACHE")
     if named:
         return Path(named).expanduser()
-    from platformdirs import user_cache_path
-
-    return user_cache_path("roboyard", appauthor=False)
+    return Path(user_cache())
 
 
 def mesh_folder() -> Path:

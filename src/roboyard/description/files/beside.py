@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from difflib import SequenceMatcher, get_close_matches
 from itertools import islice
 from pathlib import Path
 
@@ -40,6 +39,8 @@ def nearest_name(folder: Path, name: str) -> str | None:
         names = {e.name.lower(): e.name for e in islice(folder.iterdir(), MOST_ENTRIES) if e.is_file()}
     except OSError:
         return None
+    from difflib import SequenceMatcher, get_close_matches
+
     found = get_close_matches(name.lower(), list(names), n=1, cutoff=0.75)
     if not found or SequenceMatcher(None, Path(found[0]).stem, Path(name.lower()).stem).ratio() < 0.7:
         return None

@@ -6,7 +6,6 @@ import dataclasses
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from difflib import get_close_matches
 from typing import cast
 
 from roboyard.description.model import TYPES_WITH_AXIS, Joint, JointType, Limit, Mimic, Vector3
@@ -79,6 +78,8 @@ def _type(joint: JointElement, problems: Problems) -> JointType | None:
     if written is None:
         problems.error(joint.element, joint.who, f"it has no type; give one of {', '.join(JOINT_TYPES)}")
         return None
+    from difflib import get_close_matches
+
     near = get_close_matches(written.strip().lower(), JOINT_TYPES, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     message = f"unknown joint type {written!r}{hint} (give one of {', '.join(JOINT_TYPES)})"

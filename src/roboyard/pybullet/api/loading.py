@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from roboyard._lazy import lazy_module
 from roboyard.description.urdf.xml_repair import TEXT_NOTE
 from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.pybullet.api.user_data import attach_from_file
@@ -16,7 +17,6 @@ from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.readers.deformable import mentions_deformable, read_deformable
 from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.state.file_search import find_file, is_file, not_found_remedy
 from roboyard.pybullet.state.soft_records import add_soft_body
@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 _NO_URDF, _NO_SDF, _NO_MJCF = "Cannot load URDF file.", "Cannot load SDF file.", "Couldn't load .mjcf file."
 _SELF_COLLISION = c.URDF_USE_SELF_COLLISION | c.URDF_USE_SELF_COLLISION_INCLUDE_PARENT
+_soft_reader = lazy_module("roboyard.pybullet.readers.deformable")
+_BEGINNING = 65536
+"""Bytes of a URDF file in which soft bodies are looked for."""
 _CACHE_SIZE = 64
 _cache: dict[tuple[Path, int, int], RobotDescription] = {}
 """Parsed files by path, modification time and size."""
@@ -64,8 +67,9 @@ def _load_urdf_command(
     check_finite(_NO_URDF, basePosition=position, baseOrientation=orientation, globalScaling=scale)
     path = _existing(client, fileName, _NO_URDF)
     try:
-        if mentions_deformable(path):
-            soft = read_deformable(path, partial(_beside, client, path.parent), scale if scale > 0 else 1.0)
+        if _mentions_deformable(path) and _soft_reader().describes_deformable(path):
+            find = partial(_beside, client, path.parent)
+            soft = _soft_reader().read_deformable(path, find, scale if scale > 0 else 1.0)
             made = add_soft_body(client.scene, soft, position, orientation, link_name="", file=str(path))
             return made.number
         description = read_description(client, path)
@@ -89,6 +93,12 @@ def _load_urdf_command(
     attach_from_file(client, record)
     _apply_file_filters(client, record)
     return record.number
+
+
+def _mentions_deformable(file: Path) -> bool:
+    """Return whether a URDF file has the word, without which it describes no soft body."""
+    with file.open("rb") as stream:
+        return b"deformable" in stream.read(_BEGINNING)
 
 
 def _beside(client: Client, folder: Path, name: str) -> Path | None:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import sqrt
 from typing import TYPE_CHECKING
 
-from roboyard._records import dataclass
+from roboyard._records import dataclass, replace
 from roboyard.pybullet.face.arguments import number, vector3, whole
 
 if TYPE_CHECKING:

@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import inspect
-import platform
+import sys
 import types
 import typing
 from collections.abc import Callable, Mapping
@@ -25,6 +24,8 @@ from roboyard.pybullet.face.errors import error, world_failure
 REFUSED = (RoboyardError, ValueError)
 """Errors of the layers below for values that they refuse; scripts get them as `error`."""
 _FASTCALL_WITH_KEYWORDS = 0x0080 | 0x0002
+_VARIABLE, _VARIABLE_KEYWORDS = 0x04, 0x08  # CO_VARARGS, CO_VARKEYWORDS
+_NO_DEFAULT: Any = object()
 _MODULE = __name__.removesuffix(".face.calling")
 
 
@@ -44,9 +45,9 @@ _definitions: list[_MethodDefinition] = []  # built-ins keep pointers to these
 
 def builtin(function: types.FunctionType) -> Callable[..., Any]:
     """Return `function` as an object for which `inspect.isbuiltin` is true, with its signature."""
-    if platform.python_implementation() != "CPython" or not hasattr(ctypes.pythonapi, "PyObject_Vectorcall"):
+    if sys.implementation.name != "cpython" or not hasattr(ctypes.pythonapi, "PyObject_Vectorcall"):
         return _BuiltinProxy(function)
-    text = f"{function.__name__}{_text_signature(function)}\n--\n\n{inspect.getdoc(function) or ''}"
+    text = f"{function.__name__}{_text_signature(function)}\n--\n\n{_documentation(function)}"
     definition = _MethodDefinition(
         function.__name__.encode(),
         ctypes.cast(ctypes.pythonapi.PyObject_Vectorcall, ctypes.c_void_p).value,
@@ -65,13 +66,52 @@ def builtin(function: types.FunctionType) -> Callable[..., Any]:
 
 def _text_signature(function: types.FunctionType) -> str:
     """Return the signature, with defaults that `inspect` can parse from a docstring."""
-    parameters = []
-    for parameter in inspect.signature(function).parameters.values():
-        default = parameter.default
-        if default is not inspect.Parameter.empty and not isinstance(default, int | float | str | tuple):
-            default = None
-        parameters.append(parameter.replace(default=default, annotation=inspect.Parameter.empty))
-    return str(inspect.Signature(parameters))
+    wrapped = getattr(function, "__wrapped__", function)
+    plain, keywords = _parameters(wrapped)
+    shown = [_with_default(name, default) for name, default in plain]
+    flags, names = wrapped.__code__.co_flags, wrapped.__code__.co_varnames[len(plain) + len(keywords) :]
+    if flags & _VARIABLE:
+        shown.append(f"*{names[0]}")
+        names = names[1:]
+    elif keywords:
+        shown.append("*")
+    shown += [_with_default(name, default) for name, default in keywords]
+    if flags & _VARIABLE_KEYWORDS:
+        shown.append(f"**{names[0]}")
+    return f"({', '.join(shown)})"
+
+
+def _with_default(name: str, default: Any) -> str:
+    if default is _NO_DEFAULT:
+        return name
+    return f"{name}={default if isinstance(default, int | float | str | tuple) else None!r}"
+
+
+def _parameters(function: types.FunctionType) -> tuple[list[tuple[str, Any]], list[tuple[str, Any]]]:
+    """Return the parameters of a function and those that are keywords only: their names and defaults.
+
+    Loading `inspect` takes longer than all calls of this in a program.
+    """
+    code, defaults = function.__code__, function.__defaults__ or ()
+    plain = code.co_varnames[: code.co_argcount]
+    keywords = code.co_varnames[code.co_argcount : code.co_argcount + code.co_kwonlyargcount]
+    without = (_NO_DEFAULT,) * (len(plain) - len(defaults))
+    given = function.__kwdefaults__ or {}
+    return (
+        list(zip(plain, without + defaults, strict=True)),
+        [(name, given.get(name, _NO_DEFAULT)) for name in keywords],
+    )
+
+
+def _documentation(function: types.FunctionType) -> str:
+    """Return the docstring without the spaces before its lines, as `inspect.getdoc` does."""
+    text = function.__doc__
+    if not text or "\n" not in text:
+        return text or ""
+    import textwrap
+
+    first, _, rest = text.partition("\n")
+    return f"{first.lstrip()}\n{textwrap.dedent(rest).rstrip()}"
 
 
 class _BuiltinProxy:
@@ -81,6 +121,8 @@ class _BuiltinProxy:
         self._function = function
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
+        import inspect
+
         self.__signature__ = inspect.signature(function)
 
     @property
@@ -114,19 +156,19 @@ def public(
         refuses raises `error`.
     """
     name = command.__name__
-    parameters = list(inspect.signature(command).parameters.values())[1:]
+    parameters = _parameters(typing.cast(types.FunctionType, command))[0][1:]
     values: dict[str, Any] = {"_clients": clients, "_missing": MISSING, "_required": _required}
     shown, passed, required = [], [], []
-    for parameter in parameters:
-        passed.append(parameter.name)
-        if parameter.default is not inspect.Parameter.empty:
-            values[f"_{parameter.name}"] = parameter.default
-            shown.append(f"{parameter.name}=_{parameter.name}")
+    for parameter, default in parameters:
+        passed.append(parameter)
+        if default is not _NO_DEFAULT:
+            values[f"_{parameter}"] = default
+            shown.append(f"{parameter}=_{parameter}")
         elif aliases:
-            required.append(parameter.name)
-            shown.append(f"{parameter.name}=_missing")
+            required.append(parameter)
+            shown.append(f"{parameter}=_missing")
         else:
-            shown.append(parameter.name)
+            shown.append(parameter)
     shown.append("physicsClientId=0")
     lines = []
     if aliases:

@@ -22,8 +22,6 @@ from roboyard.transforms import Array
 from roboyard.untrusted.files import read_file
 
 TAGS = "deformable", "reduced_deformable"
-_BEGINNING = 65536
-"""Bytes of a URDF file in which soft bodies are looked for."""
 DEFAULT_MARGIN = 0.02
 """Collision margin that files and scripts do not give (m)."""
 
@@ -89,11 +87,8 @@ def _surface(file: Path) -> tuple[Array, np.ndarray]:
         raise MeshError(f"not a surface: {' '.join(str(problem).split())[:200]}", file=file) from None
 
 
-def mentions_deformable(file: Path) -> bool:
+def describes_deformable(file: Path) -> bool:
     """Return whether a URDF file describes a soft body; False for what is no XML."""
-    with file.open("rb") as stream:
-        if b"deformable" not in stream.read(_BEGINNING):
-            return False
     try:
         root, _ = read_xml(file)
     except DescriptionError:

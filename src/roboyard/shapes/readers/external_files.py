@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import logging
 import re
 import warnings
 from collections import OrderedDict
@@ -17,6 +16,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._lazy import LazyLogger
 from roboyard.shapes.mesh import shared
 from roboyard.untrusted.files import is_inside, read_file
 
@@ -38,7 +38,7 @@ _MESH_FOLDER = re.compile(
     re.IGNORECASE,
 )
 _IMAGES = ("PNG", "JPEG", "BMP", "TGA", "GIF", "TIFF", "WEBP", "PPM", "DDS")
-_log = logging.getLogger(__name__)
+_log = LazyLogger(__name__)
 _asked = local()
 
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._lazy import LazyLogger
 from roboyard._records import dataclass
 from roboyard.shapes.mesh import TriangleMesh, read_only, shared
 from roboyard.shapes.readers.texture_atlas import pack_textures
 
-_log = logging.getLogger(__name__)
+_log = LazyLogger(__name__)
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

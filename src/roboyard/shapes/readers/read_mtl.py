@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from collections.abc import Collection, Sequence
 from functools import lru_cache
@@ -11,13 +10,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._lazy import LazyLogger
 from roboyard._records import dataclass
 from roboyard.shapes.readers.external_files import find_external_file, load_image
 from roboyard.untrusted.files import read_file
 
 MAX_BYTES = 16 * 1024 * 1024
 """Largest library (bytes)."""
-_log = logging.getLogger(__name__)
+_log = LazyLogger(__name__)
 CACHED_LIBRARIES = 16
 """Number of parsed libraries in the cache."""
 # options before a file name: one argument, two numbers for -mm, one to three for -o -s -t

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from roboyard._bytecode import user_cache
 from roboyard.transforms import Array
 
 _HEADER = struct.Struct("<8sII")
@@ -81,6 +82,4 @@ def _file(key: bytes) -> Path:
 
 @cache
 def _folder() -> Path:
-    from platformdirs import user_cache_path
-
-    return user_cache_path("roboyard", appauthor=False) / "hulls"
+    return Path(user_cache()) / "hulls"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from roboyard._lazy import lazy_module
+from roboyard._lazy import LazyLogger, lazy_module
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
@@ -29,7 +28,7 @@ from roboyard.sim.stepping.wrenches import Wrenches
 kernels = lazy_module("roboyard.sim.stepping.kernels")
 impulse_kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
-log = logging.getLogger("roboyard.simulation")
+log = LazyLogger("roboyard.simulation")
 
 
 class _SolverWarning(threading.local):
