@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from roboyard.pybullet.bullet_rules.ray_kernels import enter_shapes
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, whole
 from roboyard.pybullet.face.commands import command
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
-    from roboyard.sim.queries.rays import RayHits
 
 Vector = Sequence[float]
 Triple = tuple[float, ...]
@@ -194,42 +194,32 @@ def _cast(
     if not scene.bodies or not len(starts):
         return (_MISS,) * len(starts)
     with np.errstate(over="ignore", invalid="ignore"):
-        finite = np.logical_and.reduce(np.isfinite(ends - starts), axis=1)
+        ways = ends - starts
+    finite = np.isfinite(ways)
     if not finite.all():
+        finite = np.logical_and.reduce(finite, axis=1)
         found_hits = iter(_cast(scene, starts[finite], ends[finite], mask, wanted))
         return tuple(next(found_hits) if is_finite else _MISS for is_finite in finite)
     if wanted >= 0:
-        rays = zip(starts.tolist(), (ends - starts).tolist(), strict=True)
+        rays = zip(starts.tolist(), ways.tolist(), strict=True)
         return tuple(_numbered_hit(scene, start, way, mask, wanted) for start, way in rays)
     found = scene.world.rays(starts, ends)
-    ways = ends - starts
-    fraction = _with_margins(scene, found, ways)
-    owners, fractions, normals = found.owners.tolist(), fraction.tolist(), found.normal.tolist()
-    positions = (starts + fraction[:, None] * ways).tolist()
-    leaving = (np.einsum("ij,ij->i", found.normal, ways) > 0.0).tolist()
-    hits: list[Hit] = []
-    for i, (body, link) in enumerate(owners):
-        if body < 0:
-            hits.append(_MISS)
-            continue
-        number_ = scene.record_of(body).number
-        hit: Hit = (number_, link - 1, fractions[i], tuple(positions[i]), tuple(normals[i]))
-        if leaving[i] or not scene.filters.group_of(number_, link - 1) & mask:
-            hit = next(_entering_hits(scene, tuple(starts[i].tolist()), tuple(ways[i].tolist()), mask), _MISS)
-        hits.append(hit)
+    fractions, geoms, positions = found.fraction, found.geoms, np.empty_like(starts)
+    margins = scene.geom_margins()
+    normals, owners = found.normal, found.owners
+    again = enter_shapes(starts, ends, normals, geoms, owners, margins, _MAX_GRAZING, fractions, positions)
+    bodies, links = owners.T.tolist()
+    number_of = {body: scene.record_of(body).number for body in {*bodies} if body >= 0} | {-1: -1}
+    numbers = [number_of[body] for body in bodies]
+    points, outwards = map(tuple, positions.tolist()), map(tuple, normals.tolist())
+    hits: list[Hit] = [*zip(numbers, links, fractions.tolist(), points, outwards, strict=True)]
+    hidden = scene.filters.outside(mask, zip(numbers, links, strict=True))
+    if again or hidden:
+        for i, place in enumerate(zip(numbers, links, strict=True)):
+            if geoms[i] == -2 or place in hidden:
+                start, way = tuple(starts[i].tolist()), tuple(ways[i].tolist())
+                hits[i] = next(_entering_hits(scene, start, way, mask), _MISS)
     return tuple(hits)
-
-
-def _with_margins(scene: PhysicsScene, found: RayHits, ways: np.ndarray) -> np.ndarray:
-    """Return the (k,) fractions of hits, with Bullet's margin around hulls."""
-    margins = scene.geom_margins()[found.geoms] * (found.geoms >= 0)
-    if not margins.any():
-        return found.fraction
-    slope = np.abs(np.einsum("ij,ij->i", found.normal, ways))
-    lengths = np.linalg.norm(ways, axis=1)
-    steepest = np.maximum(slope, lengths / _MAX_GRAZING)
-    shift = np.divide(margins, steepest, out=np.zeros_like(margins), where=steepest > 0.0)
-    return np.maximum(found.fraction - shift, 0.0)
 
 
 def _numbered_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, wanted: int) -> Hit:

@@ -13,6 +13,7 @@ from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link
+from roboyard.sim.queries.ray_kernels import keep_hits, point_rays
 from roboyard.transforms import Array
 
 
@@ -57,6 +58,12 @@ class RayHits:
         return self.owners[:, 0] >= 0
 
 
+_COLLISIONS = np.array([1, 1, 0, 1, 1, 1], dtype=np.uint8)
+"""Groups of shapes that rays may hit: all but the visual ones."""
+_VISUALS = np.array([1, 1, 1, 0, 1, 1], dtype=np.uint8)
+"""All but the collision shapes."""
+
+
 def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: bool = False) -> RayHits:
     """Cast rays from `starts` to `ends`.
 
@@ -77,50 +84,55 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
     origins, targets = np.atleast_2d(starts).astype(float), np.atleast_2d(ends).astype(float)
     if origins.shape[-1] != 3 or targets.shape[-1] != 3:
         raise RoboyardError(f"rays need (k, 3) starts and ends, got {origins.shape} and {targets.shape}")
-    k = max(len(origins), len(targets))
-    vectors = np.ascontiguousarray(np.broadcast_to(_difference(targets, origins), (k, 3)))
-    lengths, directions = _lengths_and_directions(vectors)
+    k = max(len(origins), len(targets)) if len(origins) and len(targets) else 0
+    if len(origins) not in (1, k) or len(targets) not in (1, k):
+        raise RoboyardError(f"rays need as many starts as ends, got {len(origins)} and {len(targets)}")
+    vectors, directions, lengths = np.empty((k, 3)), np.empty((k, 3)), np.empty(k)
+    row = point_rays(origins, targets, vectors, directions, lengths)
+    if row >= 0:
+        start, end = (points[row if len(points) > 1 else 0].tolist() for points in (origins, targets))
+        raise RoboyardError(f"ray {row}: start {start} and end {end} must be finite")
     world.kinematics()
     model, data = world.live_model, world.live_data
-    groups = np.array([1, 1, int(visual), int(not visual), 1, 1], dtype=np.uint8)
-    geoms = np.full(k, -1, dtype=np.int32)
-    distances = np.full(k, -1.0)
+    groups = _VISUALS if visual else _COLLISIONS
+    geoms = np.full((k, 1), -1, dtype=np.int32)
     normals = np.zeros((k, 3))
-    if len(origins) == 1 or (origins == origins[0]).all():
+    if k == 0 or len(origins) == 1 or (origins == origins[0]).all():
+        distances = np.full(k, -1.0)
         cutoff = float(lengths.max()) if k else 0.0
+        origin = origins[0] if k else np.zeros(3)
         mujoco.mj_multiRay(
             model,
             data,
-            origins[0],
+            origin,
             directions.ravel(),
             groups,
             True,
             -1,
-            geoms,
+            geoms.ravel(),
             distances,
             normals.ravel(),
             k,
             cutoff,
         )
-        normals = normals.reshape(k, 3)
     else:
-        geom = np.zeros(1, dtype=np.int32)
         ray = mujoco.mj_ray
-        for i in range(k):
-            distances[i] = ray(model, data, origins[i], directions[i], groups, True, -1, geom, normals[i])
-            geoms[i] = geom[0]
-    hit = (geoms >= 0) & (distances >= 0) & (distances <= lengths) & (lengths > 0)
-    fraction = np.divide(distances, lengths, out=np.ones(k), where=hit)
-    owners = np.full((k, 2), -1, dtype=np.int32)
-    owners[hit] = world.geom_owners[geoms[hit]]
-    normals[~hit] = 0.0
-    geoms = np.where(hit, geoms, -1).astype(np.int32)
+        rows = zip(origins, directions, geoms, normals, strict=True)
+        distances = np.array(
+            [
+                ray(model, data, start, way, groups, True, -1, geom, normal)
+                for start, way, geom, normal in rows
+            ]
+        )
+    geoms = geoms.ravel()
+    fraction, owners = np.empty(k), np.empty((k, 2), dtype=np.int32)
+    keep_hits(distances, lengths, world.geom_owners, geoms, normals, owners, fraction)
     surfaces = world.soft_surfaces()
     if surfaces:
         from roboyard.sim.soft.rays import first_hits
 
         soft = first_hits(surfaces, np.broadcast_to(origins, (k, 3)), vectors)
-        nearer = soft.fraction < np.where(hit, fraction, np.inf)
+        nearer = soft.fraction < np.where(geoms >= 0, fraction, np.inf)
         fraction[nearer], normals[nearer], geoms[nearer] = soft.fraction[nearer], soft.normal[nearer], -1
         owners[nearer, 0], owners[nearer, 1] = soft.body[nearer], 0
     return RayHits(
@@ -132,40 +144,8 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
     )
 
 
-def _difference(ends: Array, starts: Array) -> Array:
-    """Return `ends - starts` (m).
-
-    Raises:
-        RoboyardError: a coordinate or a difference is not finite.
-    """
-    with np.errstate(over="ignore", invalid="ignore"):
-        vectors = ends - starts
-    wrong = ~np.isfinite(vectors).all(axis=1)
-    if wrong.any():
-        row = int(wrong.argmax())
-        start, end = (points[row if len(points) > 1 else 0].tolist() for points in (starts, ends))
-        raise RoboyardError(f"ray {row}: start {start} and end {end} must be finite")
-    return vectors
-
-
-def _lengths_and_directions(vectors: Array) -> tuple[Array, Array]:
-    """Return (k,) lengths and (k, 3) unit vectors of finite `vectors`; for a vector of length 0, along +x.
-
-    MuJoCo ends the process for directions without a length, so that each ray gets one.
-    """
-    largest = np.abs(vectors).max(axis=1, initial=0.0)
-    scale = np.where(largest > 0.0, largest, 1.0)[:, None]
-    directions = vectors / scale
-    directions[largest == 0.0] = (1.0, 0.0, 0.0)
-    norms = np.linalg.norm(directions, axis=1)
-    with np.errstate(over="ignore"):
-        return norms * largest, directions / norms[:, None]
-
-
 ShapeHit = tuple[int, float, tuple[float, ...]]
 """MuJoCo geom, fraction of the ray, unit normal out of the surface."""
-_COLLISIONS = np.array([1, 1, 0, 1, 1, 1], dtype=np.uint8)
-"""Groups of shapes that rays may hit: all but the visual ones."""
 
 
 def first_shape(
