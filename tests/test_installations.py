@@ -205,3 +205,11 @@ def test_bytecode_beside_the_sources_is_used_where_python_stores_it(tmp_path: Pa
         assert done.returncode == 0, done.stderr
     assert not (tmp_path / "cache").exists()
     assert list(package.rglob("errors.*.pyc"))
+    (package / "paths.py").touch()
+    (package / "errors.py").write_text((package / "errors.py").read_text() + "\n")
+    code = COMPILED.replace("roboyard.sim", "roboyard.paths")
+    counts = [int(python("-c", code, **others, PYTHONDONTWRITEBYTECODE="1").stdout) for _ in range(3)]
+    assert counts[0] > counts[1] == counts[2], "edited where Python stores bytecode no more"
+    names = {file.name for file in (tmp_path / "cache").rglob("*.pyc")}
+    assert "roboyard.errors.pyc" in names
+    assert "roboyard.untrusted.pyc" not in names

@@ -14,9 +14,10 @@ from __future__ import annotations
 import marshal
 import os
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from importlib.machinery import FileFinder, ModuleSpec, SourceFileLoader
-from importlib.util import MAGIC_NUMBER
+from importlib.util import MAGIC_NUMBER, cache_from_source
 from types import CodeType
 from zlib import crc32
 
@@ -24,13 +25,15 @@ _OTHERS_MAY_WRITE = 0o022
 
 
 def store_bytecode(package: ModuleSpec | None) -> None:
-    """Store bytecode of a package's modules in the user's cache folder if Python has none of the package.
+    """Store bytecode of a package's modules in the user's cache folder where Python stores none.
 
     Args:
         package: spec of the package, whose modules but the present one are not imported yet.
     """
-    if package is None or package.cached is None or package.origin is None or os.path.exists(package.cached):
+    if package is None or package.cached is None or package.origin is None:
         return
+    if os.path.exists(package.cached) and not sys.dont_write_bytecode:
+        return  # Python stores what has changed
     root = os.path.dirname(package.origin)
     folder = _folder_for(root) if isinstance(package.loader, SourceFileLoader) else None
     if folder is None:
@@ -72,7 +75,7 @@ class StoredLoader(SourceFileLoader):
                 if isinstance(code, CodeType):
                     return code
         code = super().get_code(fullname)
-        if code is not None:
+        if code is not None and not _is_stored(source, stats):
             _write(path, head + source.encode() + b"\0" + marshal.dumps(code))
         return code
 
@@ -81,6 +84,15 @@ def _head(mtime: int, size: int) -> bytes:
     """Return what identifies the Python and the source of stored bytecode."""
     numbers = (sys.flags.optimize, mtime, size)
     return MAGIC_NUMBER + b"".join(number.to_bytes(8, "little") for number in numbers)
+
+
+def _is_stored(source: str, stats: Mapping[str, float]) -> bool:
+    """Return whether Python has bytecode of a source as it is now beside it."""
+    with suppress(OSError, NotImplementedError), open(cache_from_source(source), "rb") as file:
+        head = file.read(16)
+        now = (int(stats[name]).to_bytes(8, "little")[:4] for name in ("mtime", "size"))
+        return head[:4] == MAGIC_NUMBER and (any(head[4:8]) or head[8:] == b"".join(now))
+    return False
 
 
 def _write(path: str, content: bytes) -> None:
