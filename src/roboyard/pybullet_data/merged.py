@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
 from importlib.machinery import PathFinder
 from pathlib import Path
 
@@ -60,8 +61,6 @@ def merged_folder(ours: Path, theirs: Path) -> Path:
         ours: folder of the bundled files.
         theirs: folder of an installed `pybullet_data`.
     """
-    import shutil
-    import tempfile
     from hashlib import sha256
 
     stamp = "\0".join(f"{folder}\0{folder.stat().st_mtime_ns}" for folder in (ours, theirs))
@@ -70,6 +69,9 @@ def merged_folder(ours: Path, theirs: Path) -> Path:
         target = parent / name
         if target.is_dir():
             return target
+        import shutil
+        import tempfile  # both take longer to import than the rest of this
+
         try:
             parent.mkdir(parents=True, exist_ok=True)
             made = Path(tempfile.mkdtemp(prefix=f"{name}-", dir=parent))
@@ -106,11 +108,12 @@ def missing_file_remedy(name: str) -> str | None:
     return f"neither Roboyard nor the installed pybullet_data has {file!r}; another release may"
 
 
-def _cache_folders() -> tuple[Path, ...]:
+def _cache_folders() -> Iterator[Path]:
+    yield Path(user_cache())
     import tempfile
 
     user = getattr(os, "getuid", lambda: 0)()
-    return Path(user_cache()), Path(tempfile.gettempdir()) / f"roboyard-{user}"
+    yield Path(tempfile.gettempdir()) / f"roboyard-{user}"
 
 
 def _merge(ours: Path, theirs: Path, target: Path, inside: str) -> None:

@@ -14,7 +14,7 @@ from roboyard.pybullet.state.ids import Counter
 Triple = tuple[float, float, float]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(kw_only=True, slots=True)
 class Item:
     """A drawing."""
 
@@ -24,7 +24,7 @@ class Item:
     """Time of removal on the monotonic clock (s); None: never."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(kw_only=True, slots=True)
 class Line(Item):
     """A line segment."""
 
@@ -38,7 +38,7 @@ class Line(Item):
     """Width (pixels)."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(kw_only=True, slots=True)
 class Text(Item):
     """A text."""
 
@@ -54,7 +54,7 @@ class Text(Item):
     """Orientation (x, y, z, w); None: it faces the camera."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(kw_only=True, slots=True)
 class Points(Item):
     """A point cloud."""
 

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
+from roboyard._lazy import lazy_module
 from roboyard.description.model import Geometry
-from roboyard.rendering.scene import RenderScene
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.sim.appearance.mjcf_shapes import shapes_of_model
-from roboyard.sim.appearance.shape_appearance import ShapeAppearance, render_shape, triangles_of
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+
+if TYPE_CHECKING:
+    from roboyard.rendering.scene import RenderScene
+    from roboyard.sim.appearance.shape_appearance import ShapeAppearance
+
+_of_models = lazy_module("roboyard.sim.appearance.mjcf_shapes")
+_of_descriptions = lazy_module("roboyard.sim.appearance.shape_appearance")
 
 
 class RenderShapes:
@@ -21,10 +27,15 @@ class RenderShapes:
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._by_body: dict[int, dict[int, list[ShapeAppearance]]] = {}
-        self._scene = RenderScene()
         self._dirty = True
         self.deforming: dict[int, Callable[[], TriangleMesh]] = {}
         """By body id: the mesh of a soft body as it is now; the same object while it keeps its shape."""
+
+    @cached_property
+    def _scene(self) -> RenderScene:
+        from roboyard.rendering.scene import RenderScene
+
+        return RenderScene()
 
     def add(self, body: Body) -> None:
         """Note a new body; its shapes are collected for the next picture."""
@@ -61,7 +72,7 @@ class RenderShapes:
         for looks in self._by_body.get(body.id, {}).values():
             for look in looks:
                 if look.geometry is geometry:
-                    triangles = triangles_of(geometry, body.scale)
+                    triangles = _of_descriptions().triangles_of(geometry, body.scale)
                     assert triangles is not None
                     look.shape = replace(look.shape, mesh=triangles[0], scale=triangles[1])
                     self._dirty = True
@@ -98,8 +109,9 @@ def _keep_textures(looks: dict[int, list[ShapeAppearance]]) -> None:
 
 def _gather(body: Body) -> dict[int, list[ShapeAppearance]]:
     if body.description is None:
-        return shapes_of_model(body)
+        return _of_models().shapes_of_model(body)
     found: dict[int, list[ShapeAppearance]] = {}
+    one = _of_descriptions()
     links = [record.link for record in body.built.links]
     draw_collisions = not any(link.visuals for link in links if link is not None)
     for index, link in enumerate(links):
@@ -107,7 +119,7 @@ def _gather(body: Body) -> dict[int, list[ShapeAppearance]]:
         shapes = link.collisions if draw_collisions else link.visuals
         for shape in shapes:
             material = None if draw_collisions else getattr(shape, "material", None)
-            render = render_shape(shape.geometry, shape.origin, material, body.scale, (body.id, index))
+            render = one.render_shape(shape.geometry, shape.origin, material, body.scale, (body.id, index))
             if render is not None:
-                found.setdefault(index, []).append(ShapeAppearance(geometry=shape.geometry, shape=render))
+                found.setdefault(index, []).append(one.ShapeAppearance(geometry=shape.geometry, shape=render))
     return found

@@ -1,7 +1,5 @@
 """Arrays that the solver of rows in turn works on, as arguments of compiled loops."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A step's contacts and constraint rows as arguments of compiled loops; see `step_rows`."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
