@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,12 +64,12 @@ def joint_vector(chain: ChainArrays, values: ArrayLike, what: str) -> Array:
     Raises:
         ValueError: another shape, or a value is not finite; the message calls the argument `what`.
     """
-    array = np.array(values, dtype=float)
+    array, size = np.array(values, dtype=float), chain.size
     if array.ndim == 0:
-        array = np.full(chain.size, float(array))
-    if array.shape != (chain.size,):
+        array = np.full(size, float(array))
+    if array.shape != (size,):
         raise ValueError(wrong_size(chain, what, array.shape))
-    if not np.isfinite(array).all():
+    if not (isfinite(array.sum()) or np.isfinite(array).all()):  # large numbers have no finite sum
         raise ValueError(f"{what} must be finite, got {array.tolist()}")
     return array
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -189,7 +190,10 @@ def damped_step_ik(
     names, pulls = ("lower", "upper", "ranges", "rest"), (lower, upper, ranges, rest)
     if all(value is None for value in pulls):
         low = high = width = posture = _NONE
-        damping = joint_vector(chain, _DAMPING if joint_damping is None else joint_damping, "joint_damping")
+        if joint_damping is None:
+            damping = _same_damping(chain.size)
+        else:
+            damping = joint_vector(chain, joint_damping, "joint_damping")
     elif any(value is None for value in pulls):
         missing = [name for name, value in zip(names, pulls, strict=True) if value is None]
         raise ValueError(f"lower, upper, ranges and rest belong together; {', '.join(missing)} missing")
@@ -218,6 +222,12 @@ _NULL_SPACE_DAMPING = 0.36
 _REST_GAIN = 0.001
 _LIMIT_GAIN = 10.0
 _LONGEST_STEP = np.pi / 4
+
+
+@lru_cache(maxsize=64)
+def _same_damping(count: int) -> Array:
+    """Return (n,) times the damping of joints that have none of their own; do not write to it."""
+    return np.full(count, _DAMPING)
 
 
 def _state(chain: ChainArrays, q: ArrayLike, bound: ArrayLike | None) -> tuple[Array, Any]:

@@ -93,17 +93,18 @@ def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Tr
 
 def base_inertial_pose(record: BodyRecord) -> tuple[Triple, Triple]:
     """Return the pose of the base's inertial frame; cached for fixed bases."""
-    if record.fixed_pose is not None:
-        return record.fixed_pose
+    if record.fixed_poses is not None:
+        return record.fixed_poses[0]
     if record.free is not None:
         x, y, z, w, i, j, k = record.free.tolist()
         return inertial_pose((x, y, z), (i, j, k, w), record.base_frame)
     if record.soft is not None:
         position, orientation = record.soft.pose
         return tuple(position.tolist()), tuple(orientation.tolist())
-    position, orientation = record.body.pose
-    record.fixed_pose = inertial_pose(position.tolist(), orientation.tolist(), record.base_frame)
-    return record.fixed_pose
+    position, orientation = record.base_pose()
+    at = inertial_pose(position, orientation, record.base_frame)
+    record.fixed_poses = at, (position, orientation)
+    return at
 
 
 @command()
@@ -156,7 +157,7 @@ def resetBasePositionAndOrientation(
         free[:] = x, y, z, w, i, j, k
         speed[:] = 0.0
         world.mark_moved()
-    record.fixed_pose = None
+    record.fixed_poses = None
     client.scene.frames_are_old = True
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard.pybullet.api.bodies import base_inertial_pose
 from roboyard.pybullet.face.arguments import floats, number, quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import error, failure
@@ -131,28 +132,30 @@ def _solve(
 
     message = _FAILED if current is None else _WRONG_CURRENT
     record = scene.ready(body, message)
-    if not record.movable():
+    chain = record.chains.get((*links,))
+    if chain is None and not record.movable():
         raise failure(message, f"body {body} has no movable joint")
     if not all(0 <= link < record.joint_count for link in links):
         raise failure(_FAILED, f"body {body} has the links 0 to {record.joint_count - 1}, not {links}")
-    chain = _chain(record, tuple(links))
+    chain = chain or _chain(record, tuple(links))
     start = _start(record, current)
     in_base = _in_base if current is None or not len(current) else _from_inertial
     targets = np.array(
         [in_base(record, *_of_link(record, link, *goal)) for link, goal in zip(links, goals, strict=True)]
     )
-    lower, upper, ranges, rest = (_complete(values, chain.size) for values in null_space)
     keywords: dict[str, Any] = {}
-    if all(values is not None for values in (lower, upper, ranges, rest)):
-        keywords = {"lower": lower, "upper": upper, "ranges": ranges, "rest": rest}
-    damping_values = _complete(damping, chain.size)
+    if not any(values is None for values in null_space):
+        given = [_complete(values, chain.size) for values in null_space]
+        if not any(values is None for values in given):
+            keywords = dict(zip(("lower", "upper", "ranges", "rest"), given, strict=True))
+    damping_values = None if damping is None else _complete(damping, chain.size)
     if damping_values is not None:
         keywords["joint_damping"] = damping_values
     answer = damped_step_ik(
         chain, start, targets if len(targets) > 1 else targets[0], iterations=max(iterations, 0),
         residual_threshold=threshold, **keywords,
     )  # fmt: skip
-    return tuple(np.asarray(answer).tolist())
+    return tuple(answer.tolist())
 
 
 def _chain(record: BodyRecord, links: tuple[int, ...]) -> ChainArrays:
@@ -208,9 +211,10 @@ def _from_inertial(record: BodyRecord, position: Vector, orientation: Vector | N
 
 def _in_base(record: BodyRecord, position: Vector, orientation: Vector | None) -> list[float]:
     """Return a target in the base link frame: 3 numbers, or 7 with an orientation."""
-    origin, turn = record.body.pose
-    i, j, k, w = turn.tolist()
-    dx, dy, dz = (float(p) - o for p, o in zip(position, origin.tolist(), strict=True))
+    if record.fixed_poses is None and record.free is None:
+        base_inertial_pose(record)  # keeps both poses of a base that stays
+    (x, y, z), (i, j, k, w) = record.base_pose()
+    dx, dy, dz = position[0] - x, position[1] - y, position[2] - z
     # q* v q = v - w t + q x t, with t = 2 q x v
     tx, ty, tz = 2.0 * (j * dz - k * dy), 2.0 * (k * dx - i * dz), 2.0 * (i * dy - j * dx)
     moved = [

@@ -83,7 +83,7 @@ def restore_from_file(client: Client, file_name: str) -> None:
         )
     )
     for record in scene.bodies.values():
-        record.fixed_pose = None
+        record.fixed_poses = None
     scene.mark_moved()
 
 

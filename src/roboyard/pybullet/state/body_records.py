@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -147,8 +147,8 @@ class BodyRecord:
         """Fast motor commands of this body, created when a script uses them."""
         self.soft: SoftBody | None = None
         """The nodes of a soft body."""
-        self.fixed_pose: Any = None
-        """Cached pose of the base's inertial frame, for a fixed base."""
+        self.fixed_poses: Any = None
+        """Poses of the inertial and the link frame of a fixed base, once they were asked for."""
         self.revision = -1
         self.link_reader: LinkReader | None = None
         """Reads a link's state; created on first use."""
@@ -194,11 +194,21 @@ class BodyRecord:
         """Return the joints of one degree of freedom or more, in order."""
         return [info[0] for info in self.infos if POSITION_COUNT[info[2]]]
 
+    def base_pose(self) -> tuple[Sequence[float], Sequence[float]]:
+        """Return position (m) and orientation (x, y, z, w) of the base's link frame in the world."""
+        if self.fixed_poses is not None:
+            return self.fixed_poses[1]
+        if self.free is not None:
+            x, y, z, w, i, j, k = self.free.tolist()
+            return (x, y, z), (i, j, k, w)
+        position, orientation = self.body.pose
+        return position.tolist(), orientation.tolist()
+
     def refresh(self, world: World) -> None:
         """Update the indices of this body in the World's arrays."""
         body, data = self.body, world.live_data
         self.revision = world.revision
-        self.fixed_pose = None
+        self.fixed_poses = None
         self.joint_groups.clear()
         self.link_groups.clear()
         self.chain_places = None

@@ -26,6 +26,7 @@ from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
+effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
 impulse_kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
 log = LazyLogger("roboyard.simulation")
@@ -319,6 +320,15 @@ class Stepping:
         mujoco.mj_projectConstraint(model, data)
         mujoco.mj_referenceConstraint(model, data)
         found.look()
+
+    def motor_forces(self) -> np.ndarray:
+        """Return the (nv,) efforts of all motors in the last step (N m or N)."""
+        found = None if self._compiled is None else self._compiled[1]
+        if found is not None and found.is_direct:
+            out = np.zeros(found.search.degrees)
+            if effort_kernels().motor_efforts(found.rows, found.search, out):
+                return out
+        return self.motors.forces()
 
     def detect(self, model: Any, data: Any) -> None:
         """Find the contacts of the present positions, whose frames are known."""

@@ -1,0 +1,26 @@
+"""Compiled loop that reads the efforts of motors from MuJoCo's block of memory."""
+
+from __future__ import annotations
+
+from roboyard.native import compiled
+from roboyard.sim.stepping.impulse_records import SEARCH
+from roboyard.sim.stepping.step_row_kernels import ROWS, find_rows
+
+
+@compiled(ROWS, SEARCH, "f8[::1] -> i8")
+def motor_efforts(rows, search, out):  # pragma: no cover
+    """Write the forces of the dry friction rows (the motors) into `out` (nv,) by dof (N m or N).
+
+    Returns 0 where MuJoCo's arrays are not where they were.
+    """
+    if find_rows(
+        search.words, search.places, search.counts, search.starts, search.address, search.size,
+        search.contact, search.degrees,
+    ) == 0:  # fmt: skip
+        return 0
+    kinds, ids, forces = rows.starts[0], rows.starts[1], rows.starts[9]
+    first = search.counts[1]
+    for row in range(first, first + search.counts[2]):
+        if rows.kind[kinds + row] == 1:
+            out[rows.ids[ids + row]] = rows.force[forces + row]
+    return 1
