@@ -278,11 +278,16 @@
   if (!tab) { tab = document.createElement("link"); tab.rel = "icon"; document.head.appendChild(tab); }
   tab.type = "image/svg+xml"; tab.href = ICON;
   const STRIP = 670;  // least width of a picture with the whole bar (pixels)
+  let wasStrip = false;
+  const showTime = () => {  // on a narrow bar, the button alone says that it is paused
+    if (state.time !== undefined)
+      time.textContent = `${state.time} s` + (state.playing ? `  ${state.factor}×` : wasStrip ? "" : "  paused");
+  };
   const place = () => {
     const box = window.__viserMutable?.canvas?.getBoundingClientRect();
     if (!box) return;
     const strip = box.width < STRIP;  // one row along the edge, which hides no robot
-    bar.classList.toggle("roboyard-strip", strip);
+    if (bar.classList.toggle("roboyard-strip", strip) !== wasStrip) { wasStrip = strip; showTime(); }
     bar.style.left = `${box.left + box.width / 2}px`;
     bar.style.width = strip ? `${box.width}px` : "max-content";
     bar.style.maxWidth = strip ? "none" : `${box.width - 16}px`;
@@ -312,7 +317,7 @@
     icon(play, now.playing ? "pause" : "play");
     name(play, now.playing ? "Pause" : "Play");
     speed.value = now.speed === null ? "max" : String(now.speed);
-    time.textContent = `${now.time} s` + (now.playing ? `  ${now.factor}×` : "  paused");
+    showTime();
     forces.setAttribute("aria-pressed", String(now.forces));
     pulse();
   });
