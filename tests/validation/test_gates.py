@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
+from roboyard._second_process import SecondProcess
 from roboyard.description import load_description
 from roboyard.description.model import RobotDescription
 from roboyard.errors import RoboyardError
@@ -367,6 +368,28 @@ def test_an_error_in_a_gate_is_a_failed_gate_with_its_message(monkeypatch: pytes
     assert failed(report) == ["settle"]
     assert report.gate("settle").findings == ["the drive of 'left' has no gain"]
     assert seen == [("limits", 0.0), ("settle", 0.5)]
+
+
+def test_gates_of_two_processes_are_those_of_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ROBOYARD_THREADS", raising=False)
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 1}, raising=False)
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    chosen = ["limits", "settle", "ik_reach"]
+    alone = validate(planar_arm(200.0), definition=reach_definition(), gates=chosen, fixed_base=True)
+    with SecondProcess() as second:
+        second.begin()
+        seen: list[str] = []
+        together = validate(
+            planar_arm(200.0),
+            definition=reach_definition(),
+            gates=chosen,
+            progress=lambda name, share: seen.append(name),
+            second=second,
+            fixed_base=True,
+        )
+    assert seen == ["ik_reach", "limits", "settle"]  # first what takes longest
+    assert together.to_json() | {"seconds": 0} == alone.to_json() | {"seconds": 0}
+    assert [gate.name for gate in together.gates] == [gate.name for gate in alone.gates]
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from roboyard.validation.gates.complete import complete_gates
 from roboyard.validation.gates.drive import drive_gates
 from roboyard.validation.gates.free_joints import free_joint_gates
-from roboyard.validation.gates.ik_reach import ik_reach_gates
+from roboyard.validation.gates.ik_reach import ik_reach_gates, reach_poses, summarize, task_arms
 from roboyard.validation.gates.limits import limits_gates
 from roboyard.validation.gates.response import response_gates
 from roboyard.validation.gates.rest import drift_gates, self_collision_gates, settle_gates
@@ -38,3 +39,12 @@ GATES: dict[str, Callable[[TestWorld], tuple[Gate, ...]]] = {
     "spheres": sphere_gates,
 }
 """Name to the function that runs it; one function may return several gates."""
+
+Parts = tuple[
+    Callable[[TestWorld], Sequence[str]],
+    Callable[[TestWorld, str], Any],
+    Callable[[list[Any]], tuple[Gate, ...]],
+]
+PARTS: dict[str, Parts] = {"ik_reach": (task_arms, reach_poses, summarize)}
+"""Gates whose test may run in parts side by side: the names of the parts, the test of one, and the gates of
+all results in order."""

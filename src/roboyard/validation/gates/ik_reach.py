@@ -9,6 +9,8 @@ at the last.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -46,13 +48,61 @@ STEP = 0.25
 """Joint distance between the checked postures of a path (rad or m)."""
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Reached:
+    """Errors, findings and hindrances of one arm."""
+
+    errors: list[tuple[float, float]]
+    """Of each pose (m, rad)."""
+    findings: list[str]
+    causes: Counter[str]
+    """Why paths were not free, each with their number."""
+
+
 def ik_reach_gates(test_world: TestWorld, poses: int = POSES) -> tuple[Gate, ...]:
     """Measure the fraction of poses reached, and the errors."""
-    arms = [
+    return summarize([reach_poses(test_world, arm, poses) for arm in task_arms(test_world)])
+
+
+def task_arms(test_world: TestWorld) -> list[str]:
+    """Return the groups that take poses."""
+    return [
         group
         for group, name in test_world.definition.controller_names().items()
         if name in ("InverseKinematicsController", "OperationalSpaceController")
     ]
+
+
+def reach_poses(test_world: TestWorld, arm: str, poses: int = POSES) -> Reached:
+    """Lead one arm to poses, in a world of its own.
+
+    Args:
+        test_world: makes the world.
+        arm: group that takes poses.
+        poses: most poses.
+    """
+    absolute = {"mode": "absolute_pose", "command_output_limits": None, "command_input_limits": None}
+    controllers = dict.fromkeys(task_arms(test_world), absolute)
+    robot = test_world.robot(action_normalize=False, controllers=controllers)
+    reached = Reached(errors=[], findings=[], causes=Counter())
+    robot.world.step(1)
+    usual = all_contacts(robot)
+    for k, path in enumerate(sample_paths(robot, arm, poses, test_world.seed, reached.causes)):
+        robot.reset()
+        for pose in path[:-1]:
+            reach(robot, arm, pose, SECONDS_PER_POSE, near=NEAR)
+        error = reach(robot, arm, path[-1], SECONDS)
+        reached.errors.append(error)
+        if error[0] > POSITION or error[1] > ROTATION:
+            reached.findings.append(
+                f"{arm}, pose {k}: {error[0] * 1e3:.1f} mm and {error[1]:.3f} rad from the pose"
+                + hindrance(robot, arm, usual)
+            )
+    return reached
+
+
+def summarize(arms: Sequence[Reached]) -> tuple[Gate, ...]:
+    """Return the gate of what all arms reached."""
     if not arms:
         return (
             Gate(
@@ -64,27 +114,10 @@ def ik_reach_gates(test_world: TestWorld, poses: int = POSES) -> tuple[Gate, ...
                 skipped="no group has inverse kinematics",
             ),
         )
-    absolute = {"mode": "absolute_pose", "command_output_limits": None, "command_input_limits": None}
-    robot = test_world.robot(action_normalize=False, controllers=dict.fromkeys(arms, absolute))
-    errors, labels, findings = [], [], []
-    causes: Counter[str] = Counter()
-    robot.world.step(1)
-    usual = all_contacts(robot)
-    for arm in arms:
-        for k, path in enumerate(sample_paths(robot, arm, poses, test_world.seed, causes)):
-            robot.reset()
-            for pose in path[:-1]:
-                reach(robot, arm, pose, SECONDS_PER_POSE, near=NEAR)
-            error = reach(robot, arm, path[-1], SECONDS)
-            errors.append(error)
-            labels.append(f"{arm} {k}")
-            if error[0] > POSITION or error[1] > ROTATION:
-                findings.append(
-                    f"{arm}, pose {k}: {error[0] * 1e3:.1f} mm and {error[1]:.3f} rad from the pose"
-                    + hindrance(robot, arm, usual)
-                )
-    found = np.array(errors).reshape(-1, 2)
+    findings = [finding for arm in arms for finding in arm.findings]
+    found = np.array([error for arm in arms for error in arm.errors]).reshape(-1, 2)
     if len(found) == 0:
+        causes = sum((arm.causes for arm in arms), Counter())
         return (
             Gate(
                 name="ik_reach",
