@@ -22,6 +22,7 @@ _TITLES = {
     "geometries": "Shapes",
     "meshes": "Mesh files",
     "mesh_sizes": "Mesh scales and sizes",
+    "mesh_axes": "Mesh axes",
     "collisions": "Collision shapes",
     "names": "Names",
     "materials": "Colours and textures",

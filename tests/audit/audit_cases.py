@@ -158,6 +158,39 @@ def obj(mtllib: str, with_library: bool) -> Case:
     return write
 
 
+def dae(corners: np.ndarray, up: str) -> str:
+    """A DAE file of a box with (8, 3) corners."""
+    numbers = " ".join(f"{value:g}" for value in corners.ravel())
+    return (
+        '<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">'
+        f'<asset><unit meter="1"/><up_axis>{up}</up_axis></asset>'
+        '<library_geometries><geometry id="g"><mesh><source id="p">'
+        f'<float_array id="a" count="24">{numbers}</float_array><technique_common>'
+        '<accessor source="#a" count="8" stride="3"><param name="X" type="float"/>'
+        '<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>'
+        '<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>'
+        '<triangles count="12"><input semantic="VERTEX" source="#v" offset="0"/>'
+        f"<p>{' '.join(map(str, _FACES.ravel()))}</p></triangles></mesh></geometry></library_geometries>"
+        '<library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"/></node>'
+        '</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>'
+    )
+
+
+def rods(up: str, count: int = 4) -> Case:
+    """A chain of rods along z, 0.4 m long, whose meshes are drawn along y."""
+
+    def write(folder: Path) -> str:
+        (folder / "rod.dae").write_text(dae((_CORNERS + np.array([0, 0.5, 0])) * (0.05, 0.4, 0.05), up))
+        body = inertial(origin='<origin xyz="0 0 0.2"/>') + both(mesh("rod.dae"))
+        names = [f"rod{k}" for k in range(count)]
+        joints = [
+            joint(f"j{k}", names[k], names[k + 1], origin='<origin xyz="0 0 0.4"/>') for k in range(count - 1)
+        ]
+        return robot(*[link(name, body) for name in names], *joints)
+
+    return write
+
+
 def outside(inside: bool) -> Case:
     def write(folder: Path) -> str:
         where = folder / "meshes" if inside else folder.parent
@@ -459,6 +492,7 @@ CASES: dict[str, tuple[Case, Case]] = {
     "mesh-units": (part(90 * CUBE), part(90 * CUBE, scale="0.001 0.001 0.001")),
     "mesh-tiny": (part(scale="0.001 0.001 0.001"), part(scale="0.02 0.02 0.02")),
     "mesh-units-differ": (separate(0.1, 100.0), separate(0.1, 0.12)),
+    "mesh-up-axis": (rods("Y_UP"), rods("Y_UP", count=3)),
     "mesh-flat": (part(grid(2)), part(0.1 * CUBE * (1, 1, 0.01))),
     "mesh-open": (part((0.1 * CUBE)[1:]), part()),
     "mesh-external-missing": (obj("gone.mtl", with_library=False), obj("here.mtl", with_library=True)),

@@ -19,6 +19,7 @@ from audit_cases import (
     link,
     mesh,
     robot,
+    rods,
     stl,
     visual,
 )
@@ -26,7 +27,10 @@ from scipy.spatial.transform import Rotation
 
 from roboyard.audit.renames import identifier
 from roboyard.description import load_description
+from roboyard.description.model import Mesh
 from roboyard.repair import Repair, repair_urdf
+from roboyard.shapes import load_mesh
+from roboyard.transforms import rotate
 
 Fixer = Callable[[str], Repair]
 
@@ -218,6 +222,19 @@ def test_a_mesh_in_millimetres_is_scaled_by_a_thousandth(
     mass, _, found = tensor(result)
     assert mass == pytest.approx(1, rel=1e-6)
     np.testing.assert_allclose(found, np.eye(3) / 600, rtol=1e-6)
+
+
+def test_meshes_drawn_with_y_up_are_turned_onto_their_links(repaired: Fixer, tmp_path: Path) -> None:
+    """A rod drawn along y, with another scale along it, is along z after the repair."""
+    (tmp_path / "arm").mkdir()
+    text = rods("Y_UP")(tmp_path / "arm").replace('filename="rod.dae"', 'filename="rod.dae" scale="1 1 0.5"')
+    result = repaired(text)
+    shape = load_description(result.urdf).link_by_name["rod2"].visuals[0]
+    assert isinstance(shape.geometry, Mesh)
+    rod = load_mesh(tmp_path / "arm" / "rod.dae").vertices * shape.geometry.scale
+    points = rotate(shape.origin.quaternion, rod) + shape.origin.position
+    np.testing.assert_allclose(points.min(axis=0), (-0.025, -0.025, 0), atol=1e-9)
+    np.testing.assert_allclose(points.max(axis=0), (0.025, 0.025, 0.2), atol=1e-9)
 
 
 def test_one_factor_of_scale_is_written_three_times(repaired: Fixer, tmp_path: Path) -> None:

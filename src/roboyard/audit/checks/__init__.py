@@ -12,6 +12,7 @@ from roboyard.audit.checks import (  # noqa: I001
     geometries as geometries,
     meshes as meshes,
     mesh_sizes as mesh_sizes,
+    mesh_axes as mesh_axes,
     collisions as collisions,
     names as names,
     materials as materials,
