@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard.pybullet.api.bodies import base_inertial_pose
 from roboyard.pybullet.face.arguments import vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.frames import rotated
 from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT
-from roboyard.transforms import Array, matrix_from_quaternion, multiply, rotate
+from roboyard.transforms import Array, matrix_from_quaternion, multiply
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -75,15 +77,19 @@ def calculateJacobian(
 
     model, data = scene.world.live_model, _at(scene, record, q)
     row = record.rows[linkIndex + 1]
-    turned = rotate(record.links[linkIndex + 1].frame.quaternion, point)
-    where = data.xpos[row] + data.xmat[row].reshape(3, 3) @ turned
-    linear, angular = np.zeros((3, model.nv)), np.zeros((3, model.nv))
-    mujoco.mj_jac(model, data, linear, angular, where, row)
-    base = _base_axes(record, data).T
-    if record.free is None:
-        return _rows(base @ linear[:, layout.dofs]), _rows(base @ angular[:, layout.dofs])
-    columns = _columns(record, data)
-    return _rows(base @ linear @ columns), _rows(base @ angular @ columns)
+    where = data.xpos[row]
+    if any(point):
+        turned = rotated(record.links[linkIndex + 1].frame.quaternion, point)
+        where = where + data.xmat[row].reshape(3, 3) @ turned
+    jacobians = np.zeros((2, 3, model.nv))
+    mujoco.mj_jac(model, data, jacobians[0], jacobians[1], where, row)
+    columns = None if record.free is None else _columns(record, data)
+    jacobians = jacobians[:, :, layout.dofs] if columns is None else jacobians @ columns
+    base = _base_axes(record, data)
+    if base is not None:
+        jacobians = base.T @ jacobians
+    linear, angular = jacobians.tolist()
+    return tuple(map(tuple, linear)), tuple(map(tuple, angular))
 
 
 @command()
@@ -110,8 +116,12 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     mujoco.mj_crb(model, data)
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
-    columns = _columns(record, data)
-    matrix = columns.T @ full @ columns
+    if record.free is None:
+        dofs = record.layout.dofs
+        matrix = full[dofs[:, None], dofs]
+    else:
+        columns = _columns(record, data)
+        matrix = columns.T @ full @ columns
     if not padded:
         return _rows(matrix)
     size, places = _padding(record)
@@ -249,8 +259,15 @@ def _at(scene: PhysicsScene, record: BodyRecord, q: Array, base: Array | None = 
     return data
 
 
-def _base_axes(record: BodyRecord, data: Any) -> Array:
-    """Return the (3, 3) rotation of the base's inertial frame in the world."""
+def _base_axes(record: BodyRecord, data: Any) -> Array | None:
+    """Return the (3, 3) rotation of the base's inertial frame in the world; None for none of a fixed base."""
+    if record.free is None:
+        turn = base_inertial_pose(record)[1]
+        if turn == (0.0, 0.0, 0.0, 1.0):
+            return None
+        if record.fixed_axes is None or record.fixed_axes[0] != turn:
+            record.fixed_axes = turn, matrix_from_quaternion(turn)
+        return record.fixed_axes[1]
     w, x, y, z = data.xquat[record.rows[0]]
     return matrix_from_quaternion(multiply((x, y, z, w), record.links[0].frame.quaternion))
 
@@ -276,4 +293,4 @@ def _columns(record: BodyRecord, data: Any) -> Array:
 
 
 def _rows(matrix: Array) -> Rows:
-    return tuple(tuple(row) for row in matrix.tolist())
+    return tuple(map(tuple, matrix.tolist()))

@@ -149,6 +149,8 @@ class BodyRecord:
         """The nodes of a soft body."""
         self.fixed_poses: Any = None
         """Poses of the inertial and the link frame of a fixed base, once they were asked for."""
+        self.fixed_axes: tuple[Any, Array] | None = None
+        """Quaternion of the inertial frame of a fixed base and its (3, 3) rotation, once it was asked for."""
         self.revision = -1
         self.link_reader: LinkReader | None = None
         """Reads a link's state; created on first use."""
