@@ -29,6 +29,7 @@ _FAILED = "setJointMotorControl failed."
 _MODES = (c.VELOCITY_CONTROL, c.TORQUE_CONTROL, c.POSITION_CONTROL, c.PD_CONTROL)
 _OLD_BODY = {"bodyIndex": "bodyUniqueId"}
 _MOTORED = (0, 1, 2)
+_NUMBERS = float, int
 
 
 @command(aliases=_OLD_BODY)
@@ -63,12 +64,20 @@ def setJointMotorControl2(
         error: the joint does not exist, or the mode is unknown.
     """
     scene = client.scene
-    if controlMode == c.TORQUE_CONTROL and type(force) in (float, int) and force - force == 0.0:
-        record = joint_of(client, bodyUniqueId, jointIndex)
-        if record.is_scalar[jointIndex]:
-            scene.world.wrenches.add_effort(record.velocity_addresses[jointIndex], force)
-        return
     record = scene.bodies.get(bodyUniqueId)
+    if controlMode == c.TORQUE_CONTROL and type(force) in _NUMBERS and force - force == 0.0:
+        world = scene.world
+        if (
+            record is None
+            or record.revision != world.revision
+            or world.is_stale
+            or type(jointIndex) is not int
+            or not 0 <= jointIndex < record.joint_count
+        ):
+            record = joint_of(client, bodyUniqueId, jointIndex)
+        if record.is_scalar[jointIndex]:
+            world.wrenches.add_effort(record.velocity_addresses[jointIndex], force)
+        return
     if record is not None and record.motor_commands is not None:
         try:
             if record.motor_commands.set(

@@ -131,9 +131,11 @@ class SequentialMotors:
             if not found.is_direct:
                 found.look()
             answer = loops.execute(
-                *(found.rows, found.contacts, found.search, self._mechanism, self._state),
-                *(self._manifolds.points, self._surface, self._solver, first, last, remade),
-            )
+                found.rows, found.contacts, found.search, self._mechanism, self._state,
+                self._manifolds.points, self._surface, self._solver, first, last, remade,
+            )  # fmt: skip
+            if answer == loops.DONE:
+                return answer
             if answer == loops.ROOM:
                 self._grow(*found.look()[:: len(found.counts) - 1])
             elif answer == loops.LOST:

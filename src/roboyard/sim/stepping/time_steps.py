@@ -185,8 +185,8 @@ class Stepping:
         else:
             self._whole_step(model, data)
         if self._has_drag or self.wrenches.pending:
-            self._has_drag = False
-            self.wrenches.clear()
+            drag, self._has_drag = self._has_drag, False
+            self.wrenches.clear(drag=drag)
 
     def _step_in_parts(self, model: Any, data: Any) -> None:
         """Execute a step in as many parts as the stiffness of soft bodies requires."""

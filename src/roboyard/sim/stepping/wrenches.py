@@ -85,14 +85,19 @@ class Wrenches:
         self._pushes = bool(data.xfrc_applied.any())
         self.pending = self._pushes or bool(data.qfrc_applied.any())
 
-    def clear(self) -> None:
-        """Clear all external forces."""
+    def clear(self, *, drag: bool = False) -> None:
+        """Clear all external forces.
+
+        Args:
+            drag: whether MuJoCo's forces on links have drag in them.
+        """
         if self._viewed is not self._world.live_data:
             self._look_up()
         wrenches, efforts = self._arrays
         if self._pushes:
             self.of_last_push = (self._world.time, wrenches.copy())
-        wrenches.fill(0.0)
+        if self._pushes or drag:
+            wrenches.fill(0.0)
         efforts.fill(0.0)
         self.pending = self._pushes = False
 
