@@ -2,10 +2,10 @@
 
     python benchmarks/viewer.py [ROBOT] [--rounds 3] [--size 1280x800]
 
-The first picture is there when a frame has half of the vertices of the final one; CPU and bytes are counted
-until nothing more arrives. Frames are those in which the page drew anything, while the robot moves; CPU is
-that of all processes of the browser, and of the server. Requires the extra `gui` and Chromium; Studio takes
-part where MuJoCo has it (the package mujoco-studio).
+The first picture is there when a frame has half of the vertices of the largest one, drawn after one clearing;
+CPU and bytes are counted until nothing more arrives. Frames are those in which the page drew anything while
+the robot moves; CPU is that of all processes of the browser, and of the server. Requires the extra `gui` and
+Chromium; Studio takes part where MuJoCo has it (the package mujoco-studio).
 """
 
 from __future__ import annotations
@@ -37,24 +37,31 @@ FEWEST = 5000
 """Vertices below which a frame shows no robot, but the page's own text."""
 START = """
 (() => {
-  const seen = window.__bench = {frames: 0, vertices: 0, most: 0, first: [], drawn: 0};
+  const seen = window.__bench = {frames: 0, most: 0, first: [], drawn: 0, pass: 0, peak: 0};
   for (const kind of [window.WebGLRenderingContext, window.WebGL2RenderingContext]) {
     for (const [name, at] of [["drawArrays", 2], ["drawElements", 1], ["drawArraysInstanced", 2],
                               ["drawElementsInstanced", 1]]) {
       const draw = kind?.prototype?.[name];
       if (!draw) continue;
-      kind.prototype[name] = function (...args) { seen.drawn += args[at]; return draw.apply(this, args); };
+      kind.prototype[name] = function (...args) {
+        seen.drawn += args[at];
+        seen.pass += args[at];
+        seen.peak = Math.max(seen.peak, seen.pass);
+        return draw.apply(this, args);
+      };
     }
+    const clear = kind?.prototype?.clear;
+    if (clear) kind.prototype.clear = function (...args) { seen.pass = 0; return clear.apply(this, args); };
   }
   const request = window.requestAnimationFrame.bind(window);
   const count = () => {
     if (seen.drawn) {
       seen.frames += 1;
-      if (seen.drawn > seen.most) {
-        seen.most = seen.drawn;
-        seen.first.push([performance.now(), seen.drawn]);
+      if (seen.peak > seen.most) {
+        seen.most = seen.peak;
+        seen.first.push([performance.now(), seen.peak]);
       }
-      seen.drawn = 0;
+      seen.drawn = seen.pass = seen.peak = 0;
     }
     request(count);
   };

@@ -64,7 +64,7 @@ def find_robot(name: str, planner_file: Path | None = None, config: Path | None 
     if path.suffix or len(path.parts) > 1:
         raise RoboyardError(f"there is no file {name!r}")
     from roboyard.assets import OBJECTS, ROBOTS, asset_path
-    from roboyard.robots.registry import REGISTERED_ROBOTS  # loads all of robots/
+    from roboyard.robots.registry import REGISTERED_ROBOTS
 
     if name in REGISTERED_ROBOTS:
         return _registered(name, planner_file, config)
