@@ -28,7 +28,14 @@
     box.style.maxWidth = `${canvas.width < 640 ? Math.max(canvas.width - 280, 130) : canvas.width - 300}px`;
     for (const img of pictures.querySelectorAll("img")) img.width = canvas.width < 640 ? 128 : canvas.width < 1400 ? 170 : 280;
   };
-  const timer = setInterval(place, 500);
+  const watch = new ResizeObserver(place);  // the panel is docked after the page has opened
+  let watched = null;
+  const follow = () => {
+    const canvas = window.__viserMutable?.canvas;
+    if (canvas && canvas !== watched) { watch.disconnect(); watch.observe(watched = canvas); }
+    place();
+  };
+  const timer = setInterval(follow, 500);
   window.addEventListener("resize", place);
   listen(state => {
     const list = JSON.stringify(state.sensors);
@@ -60,6 +67,6 @@
       }
       if (state.pictures[name]) figure.firstChild.src = `data:image/jpeg;base64,${state.pictures[name]}`;
     }
-    place();
+    follow();
   });
-  return () => { clearInterval(timer); window.removeEventListener("resize", place); box.remove(); style.remove(); };
+  return () => { clearInterval(timer); watch.disconnect(); window.removeEventListener("resize", place); box.remove(); style.remove(); };
