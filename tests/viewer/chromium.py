@@ -96,6 +96,14 @@ class Page:
         """Return the value of a JavaScript expression."""
         return self._call("Runtime.evaluate", expression=script, returnByValue=True)["result"].get("value")
 
+    def place_at_rest(self, element: str) -> tuple[float, float] | None:
+        """Return where an element is that stays there; None: it moves, or the panel is not docked yet."""
+        before = self.place_of(element)
+        if not self.evaluate("window.__viserMutable?.canvas?.clientWidth < innerWidth - 100"):
+            return None  # docking moves what lies over the scene
+        time.sleep(0.6)
+        return before if before == self.place_of(element) else None
+
     def choose_quality(self, name: str) -> bool:
         """Choose the quality of the picture; return whether the bar was there, with a quality of its own."""
         return self.evaluate(

@@ -37,14 +37,7 @@ def bar(kind: str) -> str:
 
 
 def press(page: chromium.Page, kind: str) -> None:
-    def still() -> tuple[float, float] | None:
-        before = page.place_of(bar(kind))
-        if not page.evaluate("window.__viserMutable?.canvas?.clientWidth < innerWidth - 100"):
-            return None  # the panel is not docked yet, which moves the bar
-        time.sleep(0.6)
-        return before if before == page.place_of(bar(kind)) else None
-
-    page.click(*until(still))
+    page.click(*until(lambda: page.place_at_rest(bar(kind))))
 
 
 def choose(page: chromium.Page, kind: str, value: str) -> None:

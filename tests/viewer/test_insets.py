@@ -6,7 +6,6 @@ import base64
 import io
 import json
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -113,15 +112,8 @@ def test_a_click_shows_a_picture_in_the_corner_of_the_page(drive: DrivingPage, t
     def step() -> None:
         tick(drive)
 
-    def still() -> tuple[float, float] | None:
-        before = page.place_of(button)
-        if not page.evaluate("window.__viserMutable?.canvas?.clientWidth < innerWidth - 100"):
-            return None  # the panel is not docked yet, which moves the buttons
-        time.sleep(0.6)
-        return before if before == page.place_of(button) else None
-
     try:
-        page.click(*until(still, tick=step))
+        page.click(*until(lambda: page.place_at_rest(button), tick=step))
         until(lambda: page.evaluate(f"{shown}?.firstChild.naturalWidth") == WIDTH, tick=step)
         assert page.evaluate(f"{button}.ariaPressed") == "true"
         edge = page.evaluate("window.__viserMutable.canvas.getBoundingClientRect().right")

@@ -66,13 +66,17 @@ def extreme_points(bodies: Iterable[Body]) -> Array:
             if model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_MESH):
                 mesh = model.geom_dataid[geom]
                 first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-                vertices = model.mesh_vert[first : first + count]
-                points = vertices[np.unique(np.argmax(vertices @ _DIRECTIONS.T, axis=0))]
+                points = outermost(model.mesh_vert[first : first + count])
             else:
                 box = model.geom_aabb[geom]
                 points = box[:3] + box[3:] * (2.0 * _CORNERS - 1.0)
             found.append(points @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
     return np.concatenate(found) if found else np.zeros((0, 3))
+
+
+def outermost(points: Array) -> Array:
+    """Return those of (n, 3) points, at least one, that lie farthest in 26 directions."""
+    return points[np.unique(np.argmax(points @ _DIRECTIONS.T, axis=0))]
 
 
 def extent(bodies: Iterable[Body]) -> Array:

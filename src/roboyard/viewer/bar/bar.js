@@ -73,15 +73,8 @@
   bar.appendChild(time);
   const view = select("view", "View", VIEWS, s => { say(["view", s.value]); s.value = ""; });
   const store = () => window.__viserMutable?.scene?.__r3f?.root?.getState?.();
-  const isSoftware = () => {
-    const gl = store()?.gl?.getContext?.(), info = gl?.getExtension("WEBGL_debug_renderer_info");
-    return !!info && /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL));
-  };
   const BIAS = 0.04;  // m
-  const CHOICE = "roboyard quality";
-  const chosen = () => {  // in an earlier page of this browser
-    try { const q = localStorage.getItem(CHOICE); return ["low", "normal", "high"].includes(q) ? q : null; } catch { return null; }
-  };
+  const CHOICE = "roboyard quality";  // read by early.js
   // In low quality, light is computed once per corner instead of per pixel: a processor draws three times faster.
   const LIT_CORNERS = `
     struct Sun { vec3 direction; vec3 color; };
@@ -210,7 +203,7 @@
     watchRenders(three.gl);
     if (!quality.dataset.chosen) {
       quality.dataset.chosen = "1";
-      quality.value = chosen() ?? (isSoftware() ? "low" : "normal");
+      quality.value = window.__roboyardQuality();
       say(["quality", quality.value]);
     }
     isLow = quality.value === "low";
@@ -242,7 +235,7 @@
       say(["quality", quality.value]);
       applyQuality();
     });
-  quality.value = chosen() ?? "normal";
+  quality.value = window.__roboyardQuality();
   const forces = button("forces", "Contact forces", () => say(["forces", !state.forces]));
   const stamp = () => new Date().toISOString().slice(0, 19).replace(/[:T]/g, "-");
   const keep = (blob, ending) => {

@@ -8,15 +8,18 @@
     gl?.getExtension("WEBGL_lose_context")?.loseContext();
     return /swiftshader|llvmpipe|software|basic render/i.test(name);
   };
-  const isLow = () => {
-    let chosen = null;
-    try { chosen = localStorage.getItem("roboyard quality"); } catch { /* no storage: nothing was chosen */ }
-    return chosen === "low" || (chosen !== "normal" && chosen !== "high" && drawsInSoftware());
+  let software = null;
+  const chosen = () => {  // in an earlier page of this browser
+    try { return localStorage.getItem("roboyard quality"); } catch { return null; }  // no storage: nothing was chosen
+  };
+  window.__roboyardQuality = () => {
+    const quality = chosen();
+    return ["low", "normal", "high"].includes(quality) ? quality : (software ??= drawsInSoftware()) ? "low" : "normal";
   };
   let low = null;
   HTMLCanvasElement.prototype.getContext = function (kind, options) {
     if (!/webgl/.test(kind)) return create.call(this, kind, options);
-    low ??= isLow();
+    low ??= window.__roboyardQuality() === "low";
     return create.call(this, kind, low ? {...options, antialias: false} : options);
   };
 })();

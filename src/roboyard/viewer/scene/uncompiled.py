@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -12,11 +11,9 @@ from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.rendering.scene import RenderShape
 from roboyard.sim import World
 from roboyard.sim.body import Body
+from roboyard.sim.queries.default_view import outermost
 from roboyard.transforms import Array, quaternion_from_matrix, to_wxyz
 from roboyard.viewer.scene.snapshot import Links, Snapshot, unique_paths
-
-DIRECTIONS = np.array([d for d in itertools.product((-1, 0, 1), repeat=3) if any(d)], dtype=float)
-"""(26, 3) directions in which the outermost vertices of a mesh are looked for."""
 
 
 def with_uncompiled(
@@ -68,8 +65,7 @@ def _outermost(shape: RenderShape, frames: Array) -> Array:
     vertices = shape.mesh.vertices
     if not len(vertices) or shape.infinite:
         return np.zeros((0, 3))
-    directions = DIRECTIONS * np.asarray(shape.scale)
-    chosen = vertices[np.unique(np.argmax(vertices @ directions.T, axis=0))] * np.asarray(shape.scale)
+    chosen = outermost(vertices * np.asarray(shape.scale))
     frame = frames[shape.owner[1]]
     local = chosen @ np.asarray(shape.rotation, dtype=float).T + np.asarray(shape.position, dtype=float)
     return local @ frame[:3, :3].T + frame[:3, 3]
