@@ -100,7 +100,7 @@ class Page:
         """Return where an element is that stays there; None: it moves, or the panel is not docked yet."""
         before = self.place_of(element)
         if not self.evaluate("window.__viserMutable?.canvas?.clientWidth < innerWidth - 100"):
-            return None  # docking moves what lies over the scene
+            return None  # docking moves everything over the scene
         time.sleep(0.6)
         return before if before == self.place_of(element) else None
 

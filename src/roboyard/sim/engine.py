@@ -75,8 +75,8 @@ class Engine(Generic[BodyT]):
         self._memory_least = MEMORY_LEAST
         """Bytes of the arena that this world has needed."""
         self._dofs = self._free_dofs = 0
+        """Degrees of freedom of all active bodies in MuJoCo's arrays, and those of their free bases."""
         self._has_joints = False
-        """Degrees of freedom of all active bodies in MuJoCo's arrays."""
         WORLDS.add(self, _array_bytes)
 
     # ------------------------------------------------------------------------------ defined by subclasses
