@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import math
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,6 +78,8 @@ class Bar:
             "visible": True,
             "title": title if "Roboyard" in title else f"{title} - Roboyard",
         }
+        self._lock = threading.Lock()
+        """Held while the state changes: the simulation shows its time while the event loop shows a pause."""
         self._passed: list[tuple[float, float]] = []
         self._next = 0.0
         speeds = [("max", "fastest"), *((f"{s:g}", f"{s:g}\u00d7") for s in SPEEDS)]
@@ -100,10 +103,11 @@ class Bar:
 
     def show(self, **changes: Any) -> None:
         """Change what the bar shows: playing, speed, forces, visible; from any thread."""
-        state = {**self._state, **changes}
-        if state != self._state:
-            self._state = state
-            self._script.send(state)
+        with self._lock:
+            state = {**self._state, **changes}
+            if state != self._state:
+                self._state = state
+                self._script.send(state)
 
     def show_time(self, time: float) -> None:
         """Show the simulated time (s), and measure how fast it passes; call it once per frame."""
