@@ -6,6 +6,7 @@
 # make bench   side-by-side benchmarks, written to docs/benchmarks.md (quiet machine; ARGS=--quick for a short run)
 # make attack  hostile files, errors within MuJoCo and odd clients, through every reader; then random ones for
 #              FUZZ seconds (30 by default)
+# make fuzz    the random ones alone
 # make format  rewrite the code the way lint wants it
 # make type    pyright alone
 # make check   lint and test
@@ -24,7 +25,7 @@ PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check 
 # The checker must not look for its own updates.
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: demo test test-all docs bench attack lint format type check clean help
+.PHONY: demo test test-all docs bench attack fuzz lint format type check clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -48,6 +49,9 @@ attack: $(VENV)/.installed-test
 	  tests/audit/test_hostile.py tests/audit/test_fuzz.py tests/pybullet/test_server_strangers.py \
 	  tests/pybullet/test_server_guards.py tests/test_installations.py tests/cli/test_control_characters.py \
 	  tests/fuzz $(ARGS)
+	$(BIN)/python tools/fuzz_readers.py $(FUZZ)
+
+fuzz: $(VENV)/.installed-test
 	$(BIN)/python tools/fuzz_readers.py $(FUZZ)
 
 lint: $(VENV)/.installed-dev
