@@ -204,6 +204,26 @@ def test_all_problems_are_reported_at_once():
     assert caught.value.element == 'joint "j"'
 
 
+MOUNT = '<joint name="mount" type="fixed"><parent link="world"/><child link="base"/></joint>'
+
+
+def test_a_joint_to_the_undeclared_world_mounts_the_robot_in_it():
+    robot = load_description(f'<robot name="arm"><link name="base"/>{MOUNT}</robot>')
+    declared = load_description(f'<robot name="arm"><link name="base"/><link name="world"/>{MOUNT}</robot>')
+    assert [link.name for link in robot.links] == [link.name for link in declared.links]
+    assert robot.joints == declared.joints
+    assert [note for note in robot.notes if 'joint "mount"' in str(note)]
+    assert not [note for note in declared.notes if 'joint "mount"' in str(note)]
+
+
+def test_only_a_parent_is_the_undeclared_world():
+    with pytest.raises(DescriptionError, match="no link named 'world'"):
+        load_description(
+            '<robot name="arm"><link name="base"/>'
+            '<joint name="mount" type="fixed"><parent link="base"/><child link="world"/></joint></robot>'
+        )
+
+
 def test_a_long_chain_neither_recurses_nor_crawls():
     count = 20_000
     links = "".join(f'<link name="l{i}"/>' for i in range(count))

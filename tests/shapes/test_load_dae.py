@@ -218,3 +218,19 @@ def test_shortest_spelling_keeps_every_bit(tmp_path):
     positions = np.random.default_rng(0).normal(size=(3, 3)) * 10.0 ** np.arange(-9, 18, 3).reshape(3, 3)
     mesh = load(tmp_path, document(TRIANGLES, positions=" ".join(map(str, positions.ravel().tolist()))))
     np.testing.assert_array_equal(corners(mesh)[0], positions)
+
+
+@pytest.mark.parametrize("rest", ["        </polylist>\n      </mesh>\n", "\0\0\0", document(TRIANGLES)])
+def test_the_rest_of_a_longer_file_behind_the_end_is_left_out(tmp_path, rest):
+    whole = document(TRIANGLES)
+    assert np.array_equal(corners(load(tmp_path, whole + rest)), corners(load(tmp_path, whole)))
+
+
+def test_blank_lines_before_the_declaration_are_skipped(tmp_path):
+    whole = document(TRIANGLES)
+    assert np.array_equal(corners(load(tmp_path, "  \n\n" + whole)), corners(load(tmp_path, whole)))
+
+
+def test_a_file_that_is_broken_before_its_end_is_refused(tmp_path):
+    with pytest.raises(MeshError, match="not a readable DAE file"):
+        load(tmp_path, document(TRIANGLES).replace("</node>", "") + "</mesh>")

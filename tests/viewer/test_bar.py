@@ -1,4 +1,4 @@
-"""What the bar shows while several threads change it."""
+"""The bar while several threads change it."""
 
 from __future__ import annotations
 

@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from xml.parsers import expat
 
+from roboyard.description.urdf.undeclared_world import with_declared_world
 from roboyard.description.urdf.xacro_calls import without_left_calls
 from roboyard.description.urdf.xml_repair import REPAIRS, decode
 from roboyard.errors import DescriptionError
@@ -100,7 +101,7 @@ def read_xml(source: Path | str, *, max_depth: int = MAX_DEPTH) -> tuple[ET.Elem
         )
     try:
         root = _parse(data, file, max_depth)
-        return root, without_left_calls(root, data)
+        return root, _without_oddities(root, data)
     except _NotWellFormed as error:
         repaired = _repair(data, file, max_depth)
         if repaired is None:
@@ -110,6 +111,11 @@ def read_xml(source: Path | str, *, max_depth: int = MAX_DEPTH) -> tuple[ET.Elem
                 line=error.line,
             ) from None
         return repaired
+
+
+def _without_oddities(root: ET.Element, data: bytes) -> tuple[str, ...]:
+    """Correct, in place, what has one meaning only; a note on each correction."""
+    return (*without_left_calls(root, data), *with_declared_world(root))
 
 
 class _NotWellFormed(Exception):
@@ -143,7 +149,7 @@ def _repair(data: bytes, file: Path | None, max_depth: int) -> tuple[ET.Element,
             notes.append(what)
         try:
             root = _parse(text.encode("utf-8", "replace"), file, max_depth, "utf-8")
-            return root, (*notes, *without_left_calls(root, data))
+            return root, (*notes, *_without_oddities(root, data))
         except _NotWellFormed:
             continue
     return None

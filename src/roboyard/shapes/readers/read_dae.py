@@ -22,6 +22,7 @@ from roboyard.shapes.readers.read_mtl import SurfaceMaterial
 
 MAX_DEPTH = 64
 MAX_INSTANCES = 100_000
+_END = b"</COLLADA>"
 
 
 def read_dae(data: bytes, file: Path) -> list[Part]:
@@ -53,12 +54,13 @@ def read_dae(data: bytes, file: Path) -> list[Part]:
 
 
 def parse(data: bytes) -> ET.Element:
-    """Parse the document without namespaces.
+    """Parse the document without namespaces; blank lines before its declaration are skipped.
 
     Raises:
         ValueError: it has a DTD (which could declare entities), or another root element.
     """
     scout = expat.ParserCreate()
+    data = data.lstrip(b" \t\r\n")
 
     def refuse(*_: object) -> None:
         raise ValueError(f"a DOCTYPE (DTD, entity declarations) is not accepted: {str(_[0])[:40]!r}")
@@ -70,13 +72,24 @@ def parse(data: bytes) -> ET.Element:
     scout.StartElementHandler = stop
     with contextlib.suppress(StopIteration):
         scout.Parse(data, True)
-    root = ET.fromstring(data)  # noqa: S314 - no DTD precedes the root element, so no entity can be expanded
+    root = _tree(data)
     for element in root.iter():
         if isinstance(element.tag, str):
             element.tag = element.tag.rpartition("}")[2]
     if root.tag != "COLLADA":
         raise ValueError(f"the root element is <{root.tag[:40]}>, not <COLLADA>")
     return root
+
+
+def _tree(data: bytes) -> ET.Element:
+    """Return the root element; what stands behind its end, such as the rest of a longer file, is skipped."""
+    try:
+        return ET.fromstring(data)  # noqa: S314 - no DTD precedes the root element, so no entity can be expanded
+    except ET.ParseError:
+        document, end, _ = data.partition(_END)
+        if not end:
+            raise
+        return ET.fromstring(document + end)  # noqa: S314 - as above
 
 
 def target(element: ET.Element, key: str, ids: dict[str | None, ET.Element]) -> ET.Element | None:
