@@ -228,9 +228,20 @@ def pendulum() -> RobotDescription:
 
 def hand_on_a_wrist() -> RobotDescription:
     """Two joints of a wrist, a palm and four fingers of three joints."""
-    parts = [link("b", "box 0.05 0.05 0.1", 0.5), link("w", "", 0.1), link("p", "box 0.09 0.03 0.08", 0.3)]
-    parts += [joint("jw", "b", "w", xyz="0 0 0.06", axis="0 1 0"), joint("jp", "w", "p", axis="1 0 0")]
-    for k, name in enumerate("cdef"):
-        finger = chain(name, "p", f"{0.02 * k - 0.03} 0 0.04", ("1 0 0",) * 3, "0 0 0.03")
+    return robot(link("b", "box 0.05 0.05 0.1", 0.5), *_hand("b", "0 0 0.06", "cdef"))
+
+
+def two_hands_on_wrists() -> RobotDescription:
+    """Two such hands half a metre apart on one root, which has no shape."""
+    sides = ((0.25, "cdef"), (-0.25, "ghij"))
+    return robot(link("b", ""), *(part for y, names in sides for part in _hand("b", f"0 {y} 0.06", names)))
+
+
+def _hand(parent: str, place: str, names: str) -> list[str]:
+    wrist, palm = f"w{names}", f"p{names}"
+    parts = [link(wrist, "", 0.1), link(palm, "box 0.09 0.03 0.08", 0.3)]
+    parts += [joint(f"j{wrist}", parent, wrist, xyz=place, axis="0 1 0"), joint(f"j{palm}", wrist, palm)]
+    for k, name in enumerate(names):
+        finger = chain(name, palm, f"{0.02 * k - 0.03} 0 0.04", ("1 0 0",) * 3, "0 0 0.03")
         parts += [part.replace('"0.04', '"0.01') for part in finger]
-    return robot(*parts)
+    return parts

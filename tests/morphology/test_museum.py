@@ -178,6 +178,13 @@ def test_fingers_on_a_wrist_are_a_hand_and_no_arms() -> None:
     nothing_else(semantic, "grippers")
 
 
+def test_two_hands_on_one_root_are_two_hands_and_no_arms() -> None:
+    semantic = infer_semantics(museum.two_hands_on_wrists())
+    assert (semantic.kind, semantic.base) == ("hand", "none")
+    assert [len(gripper.joints) for gripper in semantic.grippers] == [12, 12]
+    nothing_else(semantic, "grippers")
+
+
 def test_an_unnamed_pan_and_tilt_between_two_arms_is_a_head() -> None:
     found = infer_semantics(museum.pan_tilt_between_arms())
     assert found.head_joints == ("jp", "jt")

@@ -31,7 +31,7 @@ from roboyard.morphology.hands.attach import (
 from roboyard.morphology.hands.describe import FoundGripper, describe_gripper
 from roboyard.morphology.kind import find_kind
 from roboyard.morphology.limbs.chains import find_limbs
-from roboyard.morphology.limbs.hands import find_palms, hand_alone
+from roboyard.morphology.limbs.hands import find_palms, hands_alone
 from roboyard.morphology.limbs.roles import Part, Roles, best_head, find_roles
 from roboyard.morphology.sensors.find import find_sensors
 from roboyard.morphology.skeleton import BASE, Skeleton
@@ -83,7 +83,7 @@ def _infer(skeleton: Skeleton, evidence: FileEvidence) -> SemanticDescription:
     rotors = find_rotors(skeleton, base.joints if base is not None else ())
     used = {*(base.joints if base is not None else ()), *(rotors.joints if rotors is not None else ())}
     palms = find_palms(skeleton, used)
-    is_hand = hand_alone(skeleton, used) is not None
+    is_hand = bool(hands_alone(skeleton, used))
     anatomy = find_limbs(skeleton, palms, used)
     wheel_legs = [name for part in parts for name in leg_joints(skeleton, part)]
     roles = Roles() if is_hand else find_roles(

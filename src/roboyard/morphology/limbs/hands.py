@@ -32,9 +32,12 @@ def find_palms(skeleton: Skeleton, used: Collection[str] = ()) -> dict[str, tupl
         skeleton: the robot.
         used: joints of wheels and rotors.
     """
-    own = hand_alone(skeleton, used)
-    if own is not None:
-        return {own: tuple(name for kid in skeleton.children[own] for name in skeleton.below(kid))}
+    own = hands_alone(skeleton, used)
+    if own:
+        return {
+            palm: tuple(name for kid in skeleton.children[palm] for name in skeleton.below(kid))
+            for palm in own
+        }
     found: dict[str, tuple[str, ...]] = {}
     open_bodies = [name for name in reversed(skeleton.children[BASE]) if name not in used]
     while open_bodies:
@@ -124,19 +127,20 @@ def _is_jaw(skeleton: Skeleton, body: str, kid: str) -> bool:
     return across and beside and one_sided
 
 
-def hand_alone(skeleton: Skeleton, used: Collection[str] = ()) -> str | None:
-    """Return the palm of a robot that is one hand or gripper, on its own or on a wrist; None for others.
+def hands_alone(skeleton: Skeleton, used: Collection[str] = ()) -> list[str]:
+    """Return the palms of a robot that is one hand or gripper, or several hands on wrists; none for others.
 
     Args:
         skeleton: the robot.
         used: joints of wheels and rotors.
     """
     kids = skeleton.children[BASE]
-    if not kids or used or not 0 < skeleton.size < HAND_SIZE:
-        return None
-    if len(kids) == 1:
-        return _palm_on_a_wrist(skeleton, kids[0])
-    return BASE if _is_hand(skeleton, kids) else None
+    if not kids or used or skeleton.size <= 0:
+        return []
+    palms = [palm for kid in kids if (palm := _palm_on_a_wrist(skeleton, kid)) is not None]
+    if len(palms) == len(kids) and (len(kids) > 1 or skeleton.size < HAND_SIZE):
+        return palms
+    return [BASE] if len(kids) > 1 and skeleton.size < HAND_SIZE and _is_hand(skeleton, kids) else []
 
 
 def _is_hand(skeleton: Skeleton, kids: list[str]) -> bool:
