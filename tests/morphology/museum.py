@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from small_robots import joint, link, robot
 
@@ -237,8 +238,13 @@ def two_hands_on_wrists() -> RobotDescription:
     return robot(link("b", ""), *(part for y, names in sides for part in _hand("b", f"0 {y} 0.06", names)))
 
 
-def _hand(parent: str, place: str, names: str) -> list[str]:
-    wrist, palm = f"w{names}", f"p{names}"
+def hand_on_a_forearm(*names: str) -> RobotDescription:
+    """A forearm of half a metre with such a hand, whose fingers have these names."""
+    return robot(link("b", "box 0.06 0.06 0.5", 2, origin="0 0 -0.25"), *_hand("b", "0 0 0.06", names))
+
+
+def _hand(parent: str, place: str, names: Sequence[str]) -> list[str]:
+    wrist, palm = f"w{names[0]}", f"p{names[0]}"
     parts = [link(wrist, "", 0.1), link(palm, "box 0.09 0.03 0.08", 0.3)]
     parts += [joint(f"j{wrist}", parent, wrist, xyz=place, axis="0 1 0"), joint(f"j{palm}", wrist, palm)]
     for k, name in enumerate(names):

@@ -185,6 +185,13 @@ def test_two_hands_on_one_root_are_two_hands_and_no_arms() -> None:
     nothing_else(semantic, "grippers")
 
 
+def test_a_long_forearm_belongs_to_a_hand_whose_names_say_finger() -> None:
+    semantic = infer_semantics(museum.hand_on_a_forearm("ffproximal", "mfproximal", "thumbbase", "rfdistal"))
+    assert (semantic.kind, semantic.base) == ("hand", "none")
+    nothing_else(semantic, "grippers")
+    assert infer_semantics(museum.hand_on_a_forearm("c", "d", "e", "f")).kind != "hand"
+
+
 def test_an_unnamed_pan_and_tilt_between_two_arms_is_a_head() -> None:
     found = infer_semantics(museum.pan_tilt_between_arms())
     assert found.head_joints == ("jp", "jt")

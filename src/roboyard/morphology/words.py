@@ -52,6 +52,7 @@ _INSIDE: dict[str, tuple[str, ...]] = {
     "rotor": ("propeller", "rotor"),
     "leg": ("thigh", "knee", "ankle", "foot", "calf", "shin", "leg_", "hippitch", "hiproll", "hipyaw"),
     "arm": ("shoulder", "elbow", "wrist", "forearm", "upperarm"),
+    "finger": ("finger", "thumb", "proximal", "distal"),
     "head": ("head", "neck"),
     "trunk": ("torso", "waist", "chest"),
     "left": ("left",),

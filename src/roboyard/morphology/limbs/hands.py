@@ -19,6 +19,8 @@ MIN_JOINTS_BEFORE = 3
 """Joints before a palm where no name says that there is one."""
 MOST_JOINTS = 9
 """Of a finger, with those that follow."""
+FINGER_NAMES = 0.2
+"""Share of names from which a hand with a forearm is one."""
 BESIDE = 0.6
 """How far the fixed jaw reaches along the moving one, as a share of its length."""
 BESIDE_NAMED = 0.3
@@ -138,9 +140,14 @@ def hands_alone(skeleton: Skeleton, used: Collection[str] = ()) -> list[str]:
     if not kids or used or skeleton.size <= 0:
         return []
     palms = [palm for kid in kids if (palm := _palm_on_a_wrist(skeleton, kid)) is not None]
-    if len(palms) == len(kids) and (len(kids) > 1 or skeleton.size < HAND_SIZE):
+    most = 2 * HAND_SIZE if _names_fingers(skeleton) else HAND_SIZE  # a forearm may belong to it
+    if len(palms) == len(kids) and (len(kids) > 1 or skeleton.size < most):
         return palms
     return [BASE] if len(kids) > 1 and skeleton.size < HAND_SIZE and _is_hand(skeleton, kids) else []
+
+
+def _names_fingers(skeleton: Skeleton) -> bool:
+    return share("finger", _names(skeleton, skeleton.joint)) > FINGER_NAMES
 
 
 def _is_hand(skeleton: Skeleton, kids: list[str]) -> bool:
@@ -174,7 +181,8 @@ def _palm_on_a_wrist(skeleton: Skeleton, joint: str) -> str | None:
         return None
     lengths = [len(skeleton.below(name)) for name in fingers]
     short = max(skeleton.reach(name) for name in fingers) < HAND_SIZE / 2
-    return wrist[-1] if short and min(lengths) >= 2 and max(lengths) <= MOST_JOINTS else None
+    least = 1 if _names_fingers(skeleton) else 2
+    return wrist[-1] if short and min(lengths) >= least and max(lengths) <= MOST_JOINTS else None
 
 
 def _face_each_other(skeleton: Skeleton, kids: list[str]) -> bool:
