@@ -22,8 +22,9 @@ _WORDS: dict[str, str] = {
     "mav octocopter helicopter",
     "leg": "leg legs hip thigh calf knee shin ankle foot feet toe toes hfe haa kfe femur tibia coxa tarsus "
     "shank bein fuss jambe pied pata pierna crus aak anklepitch anklebase hipyaw hiproll hippitch rleg lleg",
-    "arm": "arm arms shoulder elbow forearm upperarm lowerarm wrist hand biceps bras epaule coude poignet "
-    "sho hombro codo brazo schulter ellbogen handgelenk manipulator humerus clavicle sholder wrj palm rarm larm",
+    "arm": "arm arms shoulder sho elbow forearm upperarm lowerarm wrist hand biceps bras epaule coude "
+    "poignet hombro codo brazo schulter ellbogen handgelenk manipulator humerus clavicle sholder wrj palm "
+    "rarm larm",
     "head": "head neck cervical kopf hals tete cou cabeza cuello skull eye eyes nod pantilt ptz screen",
     "pan_tilt": "pan tilt pantilt ptu",
     "trunk": "torso trunk waist chest spine lift lumbar thorax thoracic abdomen column telescopic pelvis "
