@@ -280,3 +280,36 @@ def test_a_light_link_pressed_against_its_stop_stays_within_a_milliradian(torque
         world.step()
         worst = max(worst, body.joint("roll").position - 0.5)
     assert 0.0 < worst < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "damping", "seed"), [(2000, 200, 1), (10000, 1000, 1), (100, 300, 2), (3000, 2000, 1)]
+)
+def test_weak_stiff_drives_under_a_heavy_torso_keep_their_limits(
+    stiffness: float, damping: float, seed: int
+) -> None:
+    """Stops of three joints in a row act on each other and on drives; one was passed by up to 0.28 rad."""
+    ranges, masses = ((0.0, 1.4), (-2.3, 0.0), (0.0, 2.3)), (6.0, 6.0, 45.0)
+    parts = ['<robot name="torso"><link name="l0"/>']
+    for k, ((low, high), mass) in enumerate(zip(ranges, masses, strict=True)):
+        tensor = f'ixx="{mass / 30}" iyy="{mass / 30}" izz="{mass / 30}" ixy="0" ixz="0" iyz="0"'
+        parts.append(
+            f'<link name="l{k + 1}"><inertial><origin xyz="0.05 0 0.2"/><mass value="{mass}"/>'
+            f"<inertia {tensor}/></inertial></link>"
+            f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/>'
+            f'<origin xyz="0 0 {0.3 if k else 0.0}"/><axis xyz="0 1 0"/>'
+            f'<limit lower="{low}" upper="{high}" effort="100" velocity="6"/></joint>'
+        )
+    world = World()
+    body = world.add_urdf("".join(parts) + "</robot>", fixed_base=True)
+    joints, limits = [body.joint(f"j{k}") for k in range(3)], np.array(ranges)
+    rng = np.random.default_rng(seed)
+    beyond = 0.0
+    for k in range(2400):
+        if k % 60 == 0:
+            for joint, goal in zip(joints, rng.uniform(limits[:, 0], limits[:, 1]), strict=True):
+                joint.drive_position(goal, stiffness=stiffness, damping=damping, max_effort=100.0)
+        world.step()
+        q = np.array([joint.position for joint in joints])
+        beyond = max(beyond, float((q - limits[:, 1]).max()), float((limits[:, 0] - q).max()))
+    assert beyond < 0.006

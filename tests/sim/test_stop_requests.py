@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roboyard.sim.stepping.joint_stops import ATTEMPTS
+from roboyard.sim.stepping.joint_stops import ATTEMPTS, stopping_impulses
 from roboyard.sim.stepping.stop_kernels import passed_stops
 
 DT = 1 / 240
@@ -31,3 +31,19 @@ def test_requests_end_at_a_joint_that_stops(inwards, start, weak, held):
             break
     assert side[0] == (1 if inwards > 0 else 2)
     assert start + speeds[-1] * DT > -0.0035 and speeds[-1] < 0.8, speeds
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_impulses_at_stops_are_the_least_that_stop(seed):
+    """The conditions of the linear complementarity problem; rows are the two sides of six joints."""
+    rng = np.random.default_rng(seed)
+    half = rng.normal(size=(6, 4))
+    rows = np.concatenate([np.eye(6), -np.eye(6)])
+    effect = rows @ (half @ half.T + np.eye(6)) @ rows.T
+    lacking = rng.normal(size=12)
+    lacking[6:] = np.minimum(lacking[6:], -lacking[:6] - 1.0)  # no joint passes both of its stops
+    impulses = stopping_impulses(effect, lacking)
+    left = lacking - effect @ impulses
+    assert (impulses >= 0.0).all() and (impulses > 0.0).any()
+    assert left.max() < 1e-5
+    assert np.abs(left * impulses).max() < 1e-5

@@ -5,12 +5,18 @@ after a step of 1/240 s, and a limb that hits the floor takes up its speed withi
 undone and solved again with the stop in sight: the row of the limit is there before the joint is, and asks
 that the joint arrives at the stop, v' >= -distance / dt, instead of passing it. Bullet treats contacts
 alike. Steps in which no joint passes its stop remain MuJoCo's own.
+
+Where several stops act on each other and on stiff drives, no request brings that about: drives are
+integrated implicitly, with more inertia than MuJoCo solves constraints for. Then the velocities after the
+step are changed by the least impulses at stops that do, which takes energy away, as an impact without
+rebound.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from roboyard._lazy import lazy_module
@@ -21,6 +27,8 @@ kernels = lazy_module("roboyard.sim.stepping.stop_kernels")
 
 ATTEMPTS = 6
 """Times that a step is solved again; each time, joints may pass their stops that did not before."""
+ROUNDS = 100
+"""Rounds in which impulses at stops are improved in turn."""
 
 
 class JointStops:
@@ -99,7 +107,52 @@ class JointStops:
                 *(self._limits, self._places, self._qpos, self._side, self._ask, data.efc_aref),
             )
 
+    def arrest(self, model: Any, data: Any) -> None:
+        """Change velocities and positions after a step by impulses at stops, so that no joint passes one."""
+        timestep, kept = self._options.timestep, self._kept[0]
+        joints, _, places, dofs = self._joints[:4]
+        low, high = self._limits[joints, 0], self._limits[joints, 1]
+        here = kept[places[joints]]
+        inwards = np.concatenate([np.ones(len(joints)), -np.ones(len(joints))])
+        way = np.concatenate([low - here, here - high])  # positive beyond a stop
+        asked = np.where(way <= 0.0, way, kernels().CORRECTION * way) / timestep
+        rows = np.zeros((len(inwards), model.nv))
+        rows[np.arange(len(inwards)), np.tile(dofs[joints], 2)] = inwards
+        changes = np.zeros_like(rows)
+        mujoco.mj_solveM(model, data, changes, rows)
+        effect = rows @ changes.T
+        impulses = stopping_impulses(effect, asked - rows @ data.qvel)
+        data.qvel[:] += impulses @ changes
+        data.qpos[:] = kept
+        mujoco.mj_integratePos(model, data.qpos, data.qvel, timestep)
+
     def release(self, model: Any) -> None:
         """Forget the noted joints after the step."""
         model.jnt_margin[self._side > 0] = 0.0
         self._side[:] = 0
+
+
+def stopping_impulses(effect: np.ndarray, lacking: np.ndarray) -> np.ndarray:
+    """Return the (n,) impulses at stops, none negative, after which no velocity is less than what is asked.
+
+    Solved row by row in rounds (projected Gauss-Seidel), for the rows that lack some velocity alone.
+
+    Args:
+        effect: (n, n) changes of velocity (rad/s or m/s) by unit impulses, symmetric.
+        lacking: (n,) velocities that are asked for, less those without impulses (rad/s or m/s).
+    """
+    impulses, lacking = np.zeros(len(lacking)), lacking.copy()
+    enough = 1e-9 * float(np.abs(lacking).max(initial=0.0))
+    active = np.zeros(0, dtype=int)
+    while len(more := np.setdiff1d(np.flatnonzero(lacking > enough), active)):
+        active = np.union1d(active, more)
+        for _ in range(ROUNDS):
+            largest = 0.0
+            for k in active:
+                change = max(-impulses[k], lacking[k] / effect[k, k])
+                impulses[k] += change
+                lacking -= change * effect[k]
+                largest = max(largest, abs(change * effect[k, k]))
+            if largest <= enough:
+                break
+    return impulses

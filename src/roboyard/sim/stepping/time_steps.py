@@ -156,6 +156,8 @@ class Stepping:
             attempt(model, data, stops=True)
             if not self.stops.passed():
                 break
+        else:
+            self.stops.arrest(model, data)
         self.stops.release(model)
 
     def _plain_attempt(self, model: Any, data: Any, *, stops: bool = False) -> None:
