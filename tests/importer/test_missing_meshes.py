@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from roboyard.cli import main
+from roboyard.description.files.beside import nearest_name
 from roboyard.errors import DescriptionError
 from roboyard.importer.build import build_package
 
@@ -49,3 +50,12 @@ def test_error_refuses_a_missing_visual_mesh_too(tmp_path: Path, capsys: pytest.
     assert "torso.std" in capsys.readouterr().err
     assert main(["import", str(file), *options]) == 0
     assert "warning:" in capsys.readouterr().out
+
+
+def test_the_materials_of_a_missing_mesh_are_not_suggested_for_it(tmp_path: Path) -> None:
+    for name in ("base_link.mtl", "base_links.txt"):
+        (tmp_path / name).touch()
+    assert nearest_name(tmp_path, "base_link.obj") is None
+    assert nearest_name(tmp_path, "base_lnk.mtl") == "base_link.mtl"
+    (tmp_path / "base_link.stl").touch()
+    assert nearest_name(tmp_path, "base_link.obj") == "base_link.stl"

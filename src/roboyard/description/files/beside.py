@@ -9,6 +9,8 @@ MOST_ENTRIES = 2000
 """Most entries of a folder that are looked at."""
 MOST_FILES = 100
 """Most files that are returned for a folder."""
+_COMPANIONS = (".mtl", ".bin", ".png", ".jpg", ".jpeg", ".txt", ".md")
+"""Endings of files beside meshes that share their names."""
 
 
 def matching_files(folder: Path, pattern: str) -> list[Path]:
@@ -34,9 +36,15 @@ def moveit_configurations(package: Path) -> list[Path]:
 
 
 def nearest_name(folder: Path, name: str) -> str | None:
-    """Return the file of a folder whose name is most like a missing one's; None where none is alike."""
+    """Return the file of a folder whose name is most like a missing one's; None where none is alike.
+
+    A material or picture is like another one alone.
+    """
+    ending = Path(name).suffix.lower()
+    others = {kind for kind in _COMPANIONS if kind != ending}
     try:
-        names = {e.name.lower(): e.name for e in islice(folder.iterdir(), MOST_ENTRIES) if e.is_file()}
+        entries = [entry for entry in islice(folder.iterdir(), MOST_ENTRIES) if entry.is_file()]
+        names = {entry.name.lower(): entry.name for entry in entries if entry.suffix.lower() not in others}
     except OSError:
         return None
     from difflib import SequenceMatcher, get_close_matches
