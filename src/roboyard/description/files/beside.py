@@ -9,7 +9,7 @@ MOST_ENTRIES = 2000
 """Most entries of a folder that are looked at."""
 MOST_FILES = 100
 """Most files that are returned for a folder."""
-_COMPANIONS = (".mtl", ".bin", ".png", ".jpg", ".jpeg", ".txt", ".md")
+_NO_MESHES = (".mtl", ".bin", ".png", ".jpg", ".jpeg", ".txt", ".md")
 """Endings of files beside meshes that share their names."""
 
 
@@ -41,7 +41,7 @@ def nearest_name(folder: Path, name: str) -> str | None:
     A material or picture is like another one alone.
     """
     ending = Path(name).suffix.lower()
-    others = {kind for kind in _COMPANIONS if kind != ending}
+    others = {kind for kind in _NO_MESHES if kind != ending}
     try:
         entries = [entry for entry in islice(folder.iterdir(), MOST_ENTRIES) if entry.is_file()]
         names = {entry.name.lower(): entry.name for entry in entries if entry.suffix.lower() not in others}
