@@ -8,8 +8,9 @@ from roboyard.description import load_description
 from roboyard.robots import add_robot, parse_definition
 from roboyard.sim import World
 from roboyard.validation import validate
-from roboyard.validation.gates.tracking import Step, blocked_by, summarize
+from roboyard.validation.gates.tracking import Step, blocked_by, summarize, tracking_gates
 from roboyard.validation.report import Gate
+from roboyard.validation.test_world import TestWorld as GateWorld
 
 ARM = """<robot name="lever"><link name="base"><inertial><mass value="5"/>
 <inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial>
@@ -60,6 +61,22 @@ def test_a_joint_whose_link_lies_on_the_floor_names_both(height: float, found: b
     cause = blocked_by(robot, "lift")  # the beam reaches 1 cm below its joint
     assert ("its link 'beam' touches 'plane'" in cause) is found
     assert bool(cause) is found
+
+
+LEGS = ARM.replace(
+    '<origin xyz="0.3 0 0"/><geometry><box size=".2 .02 .02"/>', '<geometry><box size=".4 .3 .02"/>'
+)
+
+
+@pytest.mark.parametrize(("base", "moves"), [("legged", True), ("fixed", False)])
+def test_a_waist_above_legs_turns_them_in_the_air(base: str, moves: bool) -> None:
+    """The base is the trunk above the waist; on the floor, legs leave the joint no room."""
+    robot = load_description(LEGS.format(effort=40, damping=0).replace('xyz="0 0 1"', 'xyz="0 0 -0.5"'))
+    definition = parse_definition(DEFINITION)
+    test_world = GateWorld(name="legs", source=robot, definition=definition, understood={"base": base})
+    _, error = tracking_gates(test_world)
+    assert error.passed, error.findings
+    assert bool(error.skipped) is not moves
 
 
 def test_the_worst_joint_is_named_first() -> None:

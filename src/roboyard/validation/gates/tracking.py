@@ -1,10 +1,11 @@
 """Test that joints of arms, trunk and head reach a target under gravity, and do not overshoot it.
 
-The base is held; a holonomic one stands on its wheels, and joints whose motion would tip it over are left
-out. Each joint in turn moves a step of up to 0.2 rad (or 5 cm) from the rest posture, in the direction that
-is free of contacts, all others held. Its overshoot is measured beyond the target, its error as
-the mean of the last quarter of a second, both as shares of the step. Joints whose gravity exceeds their
-effort limit cannot hold the target with any gains: they are named with both numbers.
+The base is held, above the floor where the robot has legs, which joints of its trunk may move; a holonomic
+one stands on its wheels, and joints whose motion would tip it over are left out. Each joint in turn moves a
+step of up to 0.2 rad (or 5 cm) from the rest posture, in the direction that is free of contacts, all others
+held. Its overshoot is measured beyond the target, its error as the mean of the last quarter of a second, both
+as shares of the step. Joints whose gravity exceeds their effort limit cannot hold the target with any gains:
+they are named with both numbers.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ SETTLE, LONGEST = 2.0, 8.0
 """Time after the reference has arrived, and of a step in all (s)."""
 MEASURED = 0.25
 """Last part of a step, in which the error is measured (s)."""
+ABOVE = 1.0
+"""Height above the floor at which robots on legs are held (m)."""
 MAX_OVERSHOOT, MAX_ERROR = 0.05, 0.01
 """Largest overshoot and error, as shares of the step."""
 KINDS = ("arm", "trunk", "camera")
@@ -64,6 +67,8 @@ def tracking_gates(test_world: TestWorld) -> tuple[Gate, ...]:
         "command_output_limits": None,
     }
     options: dict[str, Any] = {} if test_world.definition.holonomic_base is not None else {"fixed_base": True}
+    if test_world.understood.get("base") == "legged":
+        options["position"] = (0.0, 0.0, ABOVE)
     robot = test_world.robot(action_normalize=False, controllers=dict.fromkeys(groups, keys), **options)
     robot.world.step(round(SETTLE / robot.world.timestep))
     start = robot.world.save_state()
