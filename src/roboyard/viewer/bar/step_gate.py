@@ -24,7 +24,8 @@ class StepGate:
 
         Args:
             is_watched: returns whether a page is open.
-            on_change: called when `playing` or `speed` changed, in any thread.
+            on_change: called when `playing` or `speed` changed, in any thread, one change after the other; it
+                must return quickly.
         """
         self._is_watched, self._on_change = is_watched, on_change
         self._condition = threading.Condition()
@@ -42,21 +43,21 @@ class StepGate:
         with self._condition:
             self.playing, self._anchor, self._steps = playing, None, 0
             self._condition.notify_all()
-        self._on_change(self)
+            self._on_change(self)
 
     def step(self) -> None:
         """Pause, and let one step pass; from any thread."""
         with self._condition:
             self.playing, self._steps = False, self._steps + 1
             self._condition.notify_all()
-        self._on_change(self)
+            self._on_change(self)
 
     def set_speed(self, speed: float | None) -> None:
         """Limit simulated seconds per second; None: as fast as possible."""
         with self._condition:
             self.speed, self._anchor = speed, None
             self._condition.notify_all()
-        self._on_change(self)
+            self._on_change(self)
 
     def do(self, request: Request) -> None:
         """Let the stepping thread call `request` before its next step, also while paused."""
@@ -80,7 +81,7 @@ class StepGate:
             return
         self._serve()
         unwatched = None
-        while not self._is_closed and not self._may_pass():
+        while not self._is_closed:
             now = perf_counter()
             if self._is_watched():
                 unwatched = None
@@ -88,21 +89,12 @@ class StepGate:
                 unwatched = now
             elif now - unwatched > PATIENCE:
                 self.play(True)
-                return
             with self._condition:
-                self._condition.wait(POLL)
+                rest = self._rest(now, time)
+                if rest <= 0.0:
+                    return
+                self._condition.wait(min(rest, POLL))
             self._serve()
-        if self.playing and self.speed is not None and self._is_watched():
-            self._wait_for(time)
-
-    def _may_pass(self) -> bool:
-        with self._condition:
-            if self.playing:
-                return True
-            if not self._steps:
-                return False
-            self._steps -= 1
-            return True
 
     def _serve(self) -> None:
         while self._requests:
@@ -110,18 +102,25 @@ class StepGate:
                 request = self._requests.pop(0)
             request()
 
-    def _wait_for(self, time: float) -> None:
-        """Wait until the wall clock has caught up with the simulated time (s)."""
-        while not self._is_closed and self.playing and self.speed is not None:
-            now = perf_counter()
-            if self._anchor is None or time < self._anchor[1]:
-                self._anchor = now, time
-            due = self._anchor[0] + (time - self._anchor[1]) / self.speed
-            if now - due > MAX_DELAY:
-                self._anchor = now, time
-                return
-            if due <= now:
-                return
-            with self._condition:
-                self._condition.wait(min(due - now, POLL))
-            self._serve()
+    def _rest(self, now: float, time: float) -> float:
+        """Return the time until the next step (s); 0: it may be made now, and counts as made.
+
+        Call it with the lock: a page may pause or change the speed at any time.
+
+        Args:
+            now: wall clock (s).
+            time: simulated time (s).
+        """
+        if not self.playing:
+            if not self._steps:
+                return POLL
+            self._steps -= 1
+            return 0.0
+        if self.speed is None or not self._is_watched():
+            return 0.0
+        if self._anchor is None or time < self._anchor[1]:
+            self._anchor = now, time
+        rest = self._anchor[0] + (time - self._anchor[1]) / self.speed - now
+        if rest < -MAX_DELAY:
+            self._anchor = now, time
+        return max(rest, 0.0)
