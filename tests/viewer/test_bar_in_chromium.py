@@ -189,6 +189,24 @@ def test_a_stopped_server_is_named_and_its_return_is_noticed(browse: Any) -> Non
         again.close()
 
 
+def test_a_click_counts_while_the_time_changes(browse: Any) -> None:
+    """A person holds a button of the mouse down for 0.1 s, and the bar has a new time each 0.25 s."""
+    script = Script()
+    try:
+        page = browse(script.viewer.url)
+        until(lambda: page.evaluate(f"{bar('time')}?.textContent?.includes(' s')"))
+        for playing in (False, True):
+            x, y = until(lambda: page.place_at_rest(bar("play")))
+            page.mouse("mouseMoved", x, y)
+            page.mouse("mousePressed", x, y)
+            script.viewer.bar.show(title=f"Roboyard {playing}")
+            until(lambda playing=playing: page.evaluate("document.title") == f"Roboyard {playing}")
+            page.mouse("mouseReleased", x, y)
+            until(lambda playing=playing: script.viewer.gate.playing is playing)
+    finally:
+        script.close()
+
+
 def test_pybullet_scripts_are_paused_and_reset(monkeypatch: pytest.MonkeyPatch, browse: Any) -> None:
     monkeypatch.delenv("ROBOYARD_VIEWER", raising=False)
     monkeypatch.delenv("DISPLAY", raising=False)

@@ -14,7 +14,8 @@
     .roboyard-bar button:hover, .roboyard-bar select:hover { border-color: #2660a4; }
     .roboyard-bar :focus-visible { outline: 2px solid #2660a4; outline-offset: 1px; }
     .roboyard-bar button[aria-pressed=true] { background: #2660a4; color: #fff; }
-    .roboyard-bar svg { width: 16px; height: 16px; display: block; margin: auto; fill: currentColor; }
+    .roboyard-bar svg { width: 16px; height: 16px; display: block; margin: auto; fill: currentColor;
+      pointer-events: none; }  /* a click on a picture that changes while the button is down is lost */
     .roboyard-bar output { font-variant-numeric: tabular-nums; white-space: nowrap; padding: 0 4px;
       width: 150px; text-align: center; }
     .roboyard-bar.roboyard-strip { flex-wrap: nowrap; gap: 0 1px; padding: 0 2px; border-radius: 0;
@@ -44,7 +45,11 @@
     picture: "M5.5 2h5l1 2H15v10H1V4h3.500zM8 6a3 3 0 1 0 0 6 3 3 0 0 0 0-6z", film: "M8 3a5 5 0 1 0 0 10A5 5 0 0 0 8 3z",
     stop: "M3 3h10v10H3z",
   };
-  const icon = (button, name) => { button.innerHTML = `<svg viewBox="0 0 16 16" aria-hidden="true"><path d="${ICONS[name]}"/></svg>`; };
+  const icon = (button, name) => {
+    if (button.dataset.icon === name) return;
+    button.dataset.icon = name;
+    button.innerHTML = `<svg viewBox="0 0 16 16" aria-hidden="true"><path d="${ICONS[name]}"/></svg>`;
+  };
   const name = (element, text) => { element.setAttribute("aria-label", text); element.title = text; };
   const button = (kind, text, act) => {
     const b = document.createElement("button");
