@@ -1,4 +1,4 @@
-"""The bar while several threads change it."""
+"""State of the bar while several threads change it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,30 @@ def inspect(gripper: Path) -> Iterator[Callable[..., Inspector]]:
 def press(inspector: Inspector, handle: Any, page: Any, **updates: Any) -> None:
     """Send the message of a user action on an element of the panel."""
     page.send(type="GuiUpdateMessage", uuid=handle._impl.uuid, updates=updates)
+
+
+def test_the_newest_of_two_values_counts(inspect, browser, wait, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A busy process may take long for the first of two values of a slider that is dragged."""
+    inspector = inspect()
+    page = browser(inspector.viewer)
+    wait(lambda: inspector.viewer.watchers == 1)
+    put, second = inspector._requests.do, threading.Event()
+    values: list[float] = []
+
+    def slow(request: Callable[[], None]) -> None:
+        values.append(float(slider.value))
+        if len(values) == 1:
+            second.wait(0.3)  # never comes where values are passed on one after the other
+        put(request)
+        second.set()
+
+    monkeypatch.setattr(inspector._requests, "do", slow)
+    slider = inspector.joints.sliders["grip"]
+    for value in (0.2, 0.4):
+        press(inspector, slider, page, value=value)
+    wait(lambda: inspector._requests.qsize() == 2)
+    inspector.tick(0.01)
+    assert inspector.body.joint("grip").position == pytest.approx(0.4, abs=1e-3)
 
 
 def test_the_robot_starts_paused_on_the_floor(inspect) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -116,6 +117,30 @@ def test_a_button_counts_its_clicks(watched: Any, wait: Any) -> None:
     _, page = watched
     button = p.addUserDebugParameter("go", 1, 0, 5)
     made = page.listen(of_type("GuiButtonMessage", label="go"))
+    for _ in range(2):
+        page.send(type="GuiUpdateMessage", uuid=made["uuid"], updates={"value": True})
+    wait(lambda: p.readUserDebugParameter(button) == 7.0)
+
+
+class SlowNumber(float):
+    """A number whose sum lets another thread add to it first."""
+
+    others: threading.Event
+
+    def __add__(self, other: float) -> float:
+        begun, self.others = self.others, threading.Event()
+        begun.set()
+        self.others.wait(0.3)  # never comes where clicks are counted one after the other
+        return float(self) + other
+
+
+def test_two_clicks_at_once_are_two(watched: Any, wait: Any) -> None:
+    _, page = watched
+    button = p.addUserDebugParameter("go", 1, 0, 5)
+    made = page.listen(of_type("GuiButtonMessage", label="go"))
+    parameter = CLIENTS[0].debug_items.parameters[button]
+    parameter.value = SlowNumber(5.0)
+    parameter.value.others = threading.Event()
     for _ in range(2):
         page.send(type="GuiUpdateMessage", uuid=made["uuid"], updates={"value": True})
     wait(lambda: p.readUserDebugParameter(button) == 7.0)

@@ -294,9 +294,11 @@ class Viewer:
             self._is_fit_due = False
             self.first_view.refit()
         forces = force_arrows(world, self._links) if self.bar.shows_forces else None
-        self._latest = take(world, model, self._links, forces=forces, pull=self.grab.arrow())
+        latest = take(world, model, self._links, forces=forces, pull=self.grab.arrow())
+        with self._counting:
+            self._latest = latest
         if self.watchers:
-            self.moments.record(world, self._latest)
+            self.moments.record(world, latest)
 
     # ------------------------------------------------------------------------------- in the server's threads
 
@@ -308,7 +310,10 @@ class Viewer:
         latest = self._latest
         if first and latest is not None:
             # nothing was copied without an open page: copy now, in case the world is no longer stepped
-            self._latest = latest.now()
+            now = latest.now()
+            with self._counting:
+                if self._latest is latest:  # no newer one was taken meanwhile
+                    self._latest = now
         self._wake.set()
 
     async def _on_disconnect(self, client: Any) -> None:

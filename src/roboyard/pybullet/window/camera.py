@@ -36,10 +36,9 @@ class WindowCamera:
     def pull(self, camera: VisualizerCamera) -> None:
         """Move the visualizer's camera, if a page's camera moved after the script's last change."""
         camera.width, camera.height = self._pages.size or self._size
-        view = self._pages.moved
-        if view is None or _place(camera) != self._known:
+        view = self._pages.take_moved() if _place(camera) == self._known else None
+        if view is None:
             return
-        self._pages.moved = None
         put(camera, view)
         self._known = _place(camera)
 

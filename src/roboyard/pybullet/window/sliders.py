@@ -7,6 +7,7 @@ from math import floor, isfinite, log10
 from typing import Any
 
 from roboyard.pybullet.state.debug_items import Parameter
+from roboyard.viewer.page.callbacks import in_order
 
 PARTS = 1000
 """Smallest number of positions of a slider."""
@@ -37,7 +38,7 @@ class Sliders:
             def clicked(_: Any) -> None:
                 parameter.value += 1.0
 
-            button.on_click(clicked)
+            button.on_click(in_order(clicked))
             return button
         lower, upper = parameter.lower, parameter.upper
         start = min(max(parameter.value, lower), upper)
@@ -55,7 +56,7 @@ class Sliders:
             if isfinite(value):
                 parameter.value = min(max(value, lower), upper)
 
-        slider.on_update(moved)
+        slider.on_update(in_order(moved))
         return slider
 
 

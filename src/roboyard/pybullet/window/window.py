@@ -131,6 +131,7 @@ class Window:
         try:
             self._update()
         except Exception:  # an error of the page must not stop the script
+            self._client.is_changed = True
             log.exception("the window could not be updated")
 
     def _update(self) -> None:
@@ -143,6 +144,7 @@ class Window:
             client.is_changed = True
         if not is_on(camera, c.COV_ENABLE_RENDERING) or not client.is_changed or not self._may_compile():
             return
+        client.is_changed = False  # first: the page may change something meanwhile
         start, was_stale = perf_counter(), scene.world.is_stale
         if scene.world is viewer.world:
             viewer.sync()
@@ -156,7 +158,8 @@ class Window:
         if revision != self._items_revision:
             self._items_revision = revision
             viewer.draw(drawing_of((item for _, item in items), scene))
-        client.is_changed = client.debug_items.has_expiring
+        if client.debug_items.has_expiring:
+            client.is_changed = True
 
     def _may_compile(self) -> bool:
         """Return whether the world may be compiled; not while a script loads many bodies."""

@@ -13,6 +13,7 @@ from roboyard.scenes import SCENES
 from roboyard.viewer.driving.action_source import DEFAULT_SPEED, HELP
 from roboyard.viewer.driving.session import DrivingSession
 from roboyard.viewer.driving.video import endings, free_file, read_moment
+from roboyard.viewer.page.callbacks import in_order, of_pages
 from roboyard.viewer.page.markdown import plain
 from roboyard.viewer.scene.scans import lidars_of
 
@@ -60,15 +61,16 @@ class DrivingPanel:
         with tabs.add_tab("Moments"):
             self._add_moments(gui)
         do = session.requests.do
-        self.follow_box.on_update(lambda event: do(lambda on=event.target.value: session.set_follow(on)))
-        self.through_box.on_update(
-            lambda event: do(lambda on=event.target.value: session.set_see_through(on))
-        )
-        self.handles_box.on_update(
-            lambda event: do(lambda on=event.target.value: session.ik_handles.show(on))
-        )
-        self.plan_box.on_update(lambda event: do(lambda on=event.target.value: session.set_planning(on)))
-        self.speed_slider.on_update(lambda event: session.set_speed(float(event.target.value)))
+        for element, change in (
+            (self.follow_box, session.set_follow),
+            (self.through_box, session.set_see_through),
+            (self.handles_box, lambda on: session.ik_handles.show(on)),
+            (self.plan_box, session.set_planning),
+            (self.speed_slider, session.set_speed),
+        ):
+            element.on_update(
+                in_order(lambda event, change=change: do(lambda now=event.target.value: change(now)))
+            )
 
     def _add_set_up(self, gui: Any) -> None:
         setup = self._session.scene_setup.setup
@@ -79,14 +81,14 @@ class DrivingPanel:
         )
         self.load_button = gui.add_button("Load", hint="loads the scene and spawns the robot")
         self._controllers = gui.add_folder("Controllers")
-        self.load_button.on_click(lambda _: self._session.requests.do(self._set_up))
+        self.load_button.on_click(in_order(lambda _: self._session.requests.do(self._set_up)))
 
     def _add_video(self, gui: Any) -> None:
         do = self._session.requests.do
         self.ending_choice = gui.add_dropdown("format", endings(), initial_value=endings()[0])
         self.video_button = gui.add_button("Record", color="red", hint="records the view of this page")
         self.video_text = gui.add_markdown("")
-        self.video_button.on_click(lambda event: do(lambda: self._record(event.client)))
+        self.video_button.on_click(in_order(lambda event: do(lambda: self._record(event.client))))
 
     def _add_moments(self, gui: Any) -> None:
         do = self._session.requests.do
@@ -96,9 +98,9 @@ class DrivingPanel:
         self.keep_button = gui.add_button("Write it to a file", hint="to load here or with `roboyard replay`")
         self.upload_button = gui.add_upload_button("Load a file", mime_type=".npz")
         self.moment_text = gui.add_markdown("")
-        self.save_button.on_click(lambda _: do(self._save))
-        self.restore_button.on_click(lambda _: do(self._restore))
-        self.keep_button.on_click(lambda event: do(lambda: self._keep(event.client)))
+        self.save_button.on_click(in_order(lambda _: do(self._save)))
+        self.restore_button.on_click(in_order(lambda _: do(self._restore)))
+        self.keep_button.on_click(in_order(lambda event: do(lambda: self._keep(event.client))))
         self.upload_button.on_upload(
             lambda event: do(lambda data=event.target.value.content: self._load_upload(data))
         )
@@ -134,8 +136,10 @@ class DrivingPanel:
             for index, (group, _) in enumerate(bindings.grippers):
                 buttons = self._gui.add_button_group(group.removeprefix("gripper_"), ("open", "close"))
                 buttons.on_click(
-                    lambda event, k=index: session.requests.do(
-                        lambda on=event.target.value == "open": bindings.set_gripper(k, is_open=on)
+                    in_order(
+                        lambda event, k=index: session.requests.do(
+                            lambda on=event.target.value == "open": bindings.set_gripper(k, is_open=on)
+                        )
                     )
                 )
                 self._of_robot.append(buttons)
@@ -158,12 +162,11 @@ class DrivingPanel:
         now = type(session.robot.controllers[group]).__name__
         choice = self._gui.add_dropdown(group, _with(list(allowed), now), initial_value=now)
 
-        @choice.on_update
-        def _(event: Any) -> None:
-            if event.client_id is not None:
-                chosen = {group: str(event.target.value)}
-                session.requests.do(lambda: session.set_controllers(chosen))
+        def choose(event: Any) -> None:
+            chosen = {group: str(event.target.value)}
+            session.requests.do(lambda: session.set_controllers(chosen))
 
+        choice.on_update(of_pages(choose))
         return choice
 
     def show_recording(self, path: Path | None) -> None:

@@ -18,6 +18,7 @@ from roboyard.viewer.inspector.panels.all_panels import Panels
 from roboyard.viewer.inspector.panels.link_tree import Kept
 from roboyard.viewer.inspector.read_robot import ReadRobot, read_robot
 from roboyard.viewer.inspector.robot_source import RobotSource
+from roboyard.viewer.page.callbacks import in_order
 from roboyard.viewer.page.loop import serve
 from roboyard.viewer.page.markdown import plain
 from roboyard.viewer.page.requests import RequestQueue
@@ -164,8 +165,12 @@ class Inspector:
             refresh=lambda: self.do(self.viewer.sync),
         )
         self.viewer.bar.show(playing=False, speed=self.speed)
-        self.gravity_box.on_update(lambda event: self.do(lambda on=event.target.value: self.set_gravity(on)))
-        self.hold_box.on_update(lambda event: self.do(lambda on=event.target.value: self.joints.hold(on)))
+        self.gravity_box.on_update(
+            in_order(lambda event: self.do(lambda on=event.target.value: self.set_gravity(on)))
+        )
+        self.hold_box.on_update(
+            in_order(lambda event: self.do(lambda on=event.target.value: self.joints.hold(on)))
+        )
 
     def _add_panels(self, shown: Mapping[str, bool], kept: Kept) -> None:
         """Add the tabs of the robot; `shown` and `kept` have what the tab Look showed of the one before."""
@@ -305,11 +310,10 @@ class Inspector:
     def _lead_body(self) -> None:
         """Move the joints of the paused robot so that its grabbed point follows the mouse."""
         grab = self.viewer.grab
-        start, drag = grab.take_start(), grab.drag
+        start, drag = grab.take()
         if grab.is_holding or drag is None:
             grab.release(self.world)
         else:
-            grab.seen()
             if start is not None:
                 self._lead.start(start)
             self._lead.follow(np.array(drag.target))

@@ -89,14 +89,15 @@ class FirstView:
             points: (n, 3) points in the world frame (m) to fit, where the first view fits points; by default
                 those of the last fit.
         """
-        if points is not None and len(points) and self._is_fitted:
-            self._points = points
-        aspect = _aspect(client) or ASPECT
-        eye, target = self.viewpoint(aspect)
-        with client.atomic():
-            client.camera.up_direction = (0.0, 0.0, 1.0)
-            client.camera.position, client.camera.look_at = eye, target
-        self._aimed[client.client_id] = eye, target, aspect
+        with self._lock:
+            if points is not None and len(points) and self._is_fitted:
+                self._points = points
+            aspect = _aspect(client) or ASPECT
+            eye, target = self.viewpoint(aspect)
+            with client.atomic():
+                client.camera.up_direction = (0.0, 0.0, 1.0)
+                client.camera.position, client.camera.look_at = eye, target
+            self._aimed[client.client_id] = eye, target, aspect
 
     def _aim_all(self, view_of: ViewOf) -> None:
         if self._released:
@@ -118,7 +119,8 @@ class FirstView:
         camera = self._server.initial_camera
         camera.position, camera.look_at = self.viewpoint(ASPECT)
         for client in self._server.get_clients().values():
-            if self._is_where_aimed(client) and not self._shows_all(client):
+            aimed = self._aimed.get(client.client_id)
+            if aimed is not None and _is_at(client, aimed) and not self._shows_all(*aimed):
                 self._send(client)
 
     def release(self) -> None:
@@ -156,9 +158,8 @@ class FirstView:
     def _is_where_aimed(self, client: Any) -> bool:
         return _is_at(client, self._aimed.get(client.client_id))
 
-    def _shows_all(self, client: Any) -> bool:
-        """Return whether all points are in the frame of a page where it is aimed, and not too small."""
-        eye, target, aspect = self._aimed[client.client_id]
+    def _shows_all(self, eye: Array, target: Array, aspect: float) -> bool:
+        """Return whether all points are in the frame of a page that is aimed so, and not too small."""
         camera = Camera.look_at(eye, target, width=round(1000 * aspect), height=1000, fovy=FOVY)
         points = self._points
         clip = np.c_[points, np.ones(len(points))] @ (camera.projection @ camera.view).T

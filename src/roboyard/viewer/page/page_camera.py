@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from dataclasses import dataclass
 from typing import Any
@@ -49,6 +50,8 @@ class PageCamera:
         """Client number to the view requested from its page, until the page confirms it."""
         self.moved: View | None = None
         """Last view set by a user in any page since `aim`; None: unchanged."""
+        self._lock = threading.Lock()
+        """Held while views change: a script moves the cameras while pages report their own."""
         self.size: tuple[int, int] | None = None
         """Width and height of the page updated last (pixels); None: no page is open."""
         server.initial_camera.fov = fovy
@@ -57,13 +60,25 @@ class PageCamera:
 
     def aim(self, view: View) -> None:
         """Move the cameras of all pages."""
-        self._aimed, self.moved = view, None
-        first = self._server.initial_camera
-        first.position, first.look_at, first.up = view.eye, view.target, view.up
-        for number, client in self._server.get_clients().items():
-            if number in self._requested or _is_elsewhere(_view_of(client.camera), view):
+        with self._lock:
+            self._aimed, self.moved = view, None
+            first = self._server.initial_camera
+            first.position, first.look_at, first.up = view.eye, view.target, view.up
+            moved = {
+                number: client
+                for number, client in self._server.get_clients().items()
+                if number in self._requested or _is_elsewhere(_view_of(client.camera), view)
+            }
+            for number in moved:
                 self._requested[number] = _ViewRequest(view=view, when=time.monotonic())
-                _send_view(client, view)
+        for client in moved.values():
+            _send_view(client, view)
+
+    def take_moved(self) -> View | None:
+        """Return `moved`, once."""
+        with self._lock:
+            moved, self.moved = self.moved, None
+        return moved
 
     def insist(self) -> None:
         """Repeat unconfirmed requests; call it a few times per second."""
@@ -80,9 +95,10 @@ class PageCamera:
     async def _on_connect(self, client: Any) -> None:
         camera = client.camera
         self.size = (int(camera.image_width), int(camera.image_height))
-        if self._aimed is not None:
-            # the page may have opened while the others were moved; `insist` repeats the request
-            self._requested[client.client_id] = _ViewRequest(view=self._aimed, when=time.monotonic())
+        with self._lock:
+            if self._aimed is not None:
+                # the page may have opened while the others were moved; `insist` repeats the request
+                self._requested[client.client_id] = _ViewRequest(view=self._aimed, when=time.monotonic())
         camera.on_update(self._on_update)
 
     async def _on_disconnect(self, client: Any) -> None:
@@ -97,15 +113,16 @@ class PageCamera:
             return
         if 0 < view.width < 1 << 15 and 0 < view.height < 1 << 15:
             self.size = (view.width, view.height)
-        request = self._requested.get(camera.client.client_id)
-        if request is not None:
-            if not _is_elsewhere(view, request.view):
-                self._requested.pop(camera.client.client_id, None)
-            return
-        before = self.moved or self._aimed
-        if before is not None and not _is_elsewhere(view, before):
-            return
-        self.moved = view
+        with self._lock:
+            request = self._requested.get(camera.client.client_id)
+            if request is not None:
+                if not _is_elsewhere(view, request.view):
+                    self._requested.pop(camera.client.client_id, None)
+                return
+            before = self.moved or self._aimed
+            if before is not None and not _is_elsewhere(view, before):
+                return
+            self.moved = view
 
 
 @dataclass(kw_only=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +34,8 @@ class Grab:
         self._start: Drag | None = None
         """Start of a drag whose constraint is not created yet."""
         self._fresh = False
+        self._lock = threading.RLock()
+        """Held while the drag changes."""
         self._held: tuple[World, Constraint, Link, Array] | None = None
 
     @property
@@ -45,14 +48,14 @@ class Grab:
         """The drag as it is now; None: nothing is dragged."""
         return self._wanted
 
-    def take_start(self) -> Drag | None:
-        """Return the start of a new drag once, instead of creating its constraint; None: no new drag."""
-        start, self._start = self._start, None
-        return start
+    def take(self) -> tuple[Drag | None, Drag | None]:
+        """Return the start of a new drag and the drag as it is now, for others who execute it.
 
-    def seen(self) -> None:
-        """Mark the drag as executed by others."""
-        self._fresh = False
+        The start is returned once; None: no new drag, or nothing is dragged.
+        """
+        with self._lock:
+            start, self._start, self._fresh = self._start, None, False
+            return start, self._wanted
 
     @property
     def is_pending(self) -> bool:
@@ -61,21 +64,23 @@ class Grab:
 
     def on_drag(self, drag: Drag) -> None:
         """Store a drag event; only one page at a time can drag."""
-        before = self._wanted
-        if before is not None and before.client != drag.client:
-            return
-        if drag.phase == "end":
-            self.drop()
-        elif np.isfinite((drag.grip, drag.target)).all():
-            if drag.phase == "start":
-                self._start = drag
-            self._wanted, self._fresh = drag, True
+        with self._lock:
+            before = self._wanted
+            if before is not None and before.client != drag.client:
+                return
+            if drag.phase == "end":
+                self.drop()
+            elif np.isfinite((drag.grip, drag.target)).all():
+                if drag.phase == "start":
+                    self._start = drag
+                self._wanted, self._fresh = drag, True
 
     def drop(self, client: int | None = None) -> None:
         """End the drag; with a client number, only the drag of this client."""
-        wanted = self._wanted
-        if client is None or (wanted is not None and wanted.client == client):
-            self._wanted, self._start, self._fresh = None, None, True
+        with self._lock:
+            wanted = self._wanted
+            if client is None or (wanted is not None and wanted.client == client):
+                self._wanted, self._start, self._fresh = None, None, True
 
     def apply(self, world: World, time_step: float) -> None:
         """Create, move or remove the constraint; call it between two steps.
@@ -86,8 +91,7 @@ class Grab:
         """
         if not self._fresh:
             return
-        self._fresh, drag, start = False, self._wanted, self._start
-        self._start = None
+        start, drag = self.take()
         if self._held is not None and (
             self._held[0] is not world or drag is None or start is not None or self._is_removed(world)
         ):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+import threading
 from collections.abc import Mapping
 from pathlib import Path
 from time import perf_counter
@@ -28,6 +29,10 @@ class TimeFolder:
         """Add the folder to a `viser` panel."""
         self._moments, self._playback = moments, playback
         self._next = 0.0
+        self._is_past = False
+        """Whether the slider is where the past is shown."""
+        self._lock = threading.RLock()
+        """Held while slider and playback change: the viewer's thread shows what the event loop chooses."""
         self.setup: Mapping[str, Any] = {}
         """Data to build the scene again, for saved moments; empty: a world built otherwise."""
         with gui.add_folder("Last minute", order=LAST, expand_by_default=False):
@@ -58,18 +63,23 @@ class TimeFolder:
 
     def show(self) -> None:
         """Show which state the page shows."""
+        with self._lock:
+            self._show()
+
+    def _show(self) -> None:
         playback = self._playback
         moment = playback.moment
         if moment is None:
             kept = self._moments.all()
             span = kept[-1].clock - kept[0].clock if kept else 0.0
             least = -float(max(math.ceil(span), 1))
-            if self.slider.value != 0.0:
-                self.slider.value = 0.0
+            if self._is_past:  # otherwise a page has just moved the slider, and it is passed on next
+                self._is_past, self.slider.value = False, 0.0
             if self.slider.min != least:
                 self.slider.min = least
             self._write(f"Live. {span:.0f} s recorded.")
             return
+        self._is_past = True
         if playback.is_replaying:
             self.slider.value = max(-playback.before_now, self.slider.min)
         word = "Replay" if playback.is_replaying else "Recorded"
@@ -83,12 +93,14 @@ class TimeFolder:
         # coroutines run in the event loop, in order
         if event.client_id is None:
             return
-        value = float(event.target.value)
-        if value < 0.0:
-            self._playback.scrub(-value)
-        else:
-            self._playback.go_live()
-        self.show()
+        with self._lock:
+            value = float(event.target.value)
+            if value < 0.0:
+                self._playback.scrub(-value)
+            else:
+                self._playback.go_live()
+            self._is_past = True
+            self._show()
 
     async def _on_button(self, event: Any) -> None:
         if event.target.value == "Replay":

@@ -29,6 +29,7 @@ from roboyard.viewer.inspector.panels.sensor_panel import SensorPanel
 from roboyard.viewer.inspector.panels.sphere_panel import SpherePanel
 from roboyard.viewer.inspector.panels.velocity_plot import VelocityPlot
 from roboyard.viewer.inspector.robot_source import RobotSource
+from roboyard.viewer.page.callbacks import in_order, of_pages
 from roboyard.viewer.viewer import Viewer
 
 if TYPE_CHECKING:
@@ -129,21 +130,21 @@ class Panels:
                 )
             with gui.add_folder("Pairs", expand_by_default=False):
                 self.pairs = PairPanel(gui, body, edits, do, viewer.highlight, lambda: overlaps(body))
-        self.wiggle_button.on_click(lambda _: do(wiggle))
+        self.wiggle_button.on_click(in_order(lambda _: do(wiggle)))
         self.history = History(edits)
         self.undo_buttons.on_click(
-            lambda event: do(lambda undone=event.target.value == "Undo": self.restore(undo=undone))
+            in_order(lambda event: do(lambda undone=event.target.value == "Undo": self.restore(undo=undone)))
         )
 
     def _add_switch(self, label: str, on: bool, switch: Callable[[bool], None]) -> None:
         box = self.switches[label] = self._viewer.server.gui.add_checkbox(label, on)
         self._on_switch[label] = switch
 
-        @box.on_update
-        def _(event: Any) -> None:
+        def ticked(event: Any) -> None:
             on = event.target.value
-            if event.client_id is not None:
-                self._do(lambda: switch(on))
+            self._do(lambda: switch(on))
+
+        box.on_update(of_pages(ticked))
 
     def switch(self, label: str, on: bool) -> None:
         """Switch an overlay of the tab Look."""

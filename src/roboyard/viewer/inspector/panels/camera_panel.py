@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.rendering import Camera, Image
+from roboyard.viewer.page.callbacks import of_pages
 
 if TYPE_CHECKING:
     from roboyard.sim import World
@@ -28,13 +29,12 @@ class CameraPanel:
         button = gui.add_button("Take a picture from here", hint="rendered by roboyard.rendering")
         self.picture = gui.add_image(blank(), format="jpeg")
 
-        @button.on_click
-        def _(event: Any) -> None:
-            if event.client is None:
-                return
+        def taken(event: Any) -> None:
             place = event.client.camera
             camera = camera_of(place.position, place.look_at, place.up_direction, place.fov)
             do(lambda: self.take(camera))
+
+        button.on_click(of_pages(taken))
 
     def take(self, camera: Camera) -> None:
         """Show the picture of a camera; call it from the simulation thread."""

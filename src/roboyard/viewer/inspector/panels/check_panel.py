@@ -7,6 +7,7 @@ from typing import Any
 
 from roboyard.errors import RoboyardError
 from roboyard.viewer.inspector.checks import CHECKS, CheckContext, CheckResult, Violation
+from roboyard.viewer.page.callbacks import in_order
 from roboyard.viewer.page.markdown import plain
 
 MOST_SHOWN = 6
@@ -33,9 +34,9 @@ class CheckPanel:
         self.texts: dict[str, Any] = {}
         for title in CHECKS:
             button = self.buttons[title] = gui.add_button(title, color="gray")
-            button.on_click(lambda _, title=title: self._do(lambda: self.run(title)))
+            button.on_click(in_order(lambda _, title=title: self._do(lambda: self.run(title))))
             self.texts[title] = gui.add_markdown("", visible=False)
-        self.all_button.on_click(lambda _: self._do(self.run_all))
+        self.all_button.on_click(in_order(lambda _: self._do(self.run_all)))
 
     def run_all(self) -> None:
         """Run all checks; shows no link."""

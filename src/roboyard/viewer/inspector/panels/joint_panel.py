@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard.viewer.page.callbacks import of_pages
+
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
     from roboyard.sim.joint import Joint
@@ -65,12 +67,11 @@ class JointPanel:
             marks=tuple((place, shown(joint, place)) for place in (lower, upper)) if moving else None,
         )
 
-        @slider.on_update
-        def _(event: Any) -> None:
-            if event.client_id is not None:
-                value = float(event.target.value)
-                self._do(lambda: self.move(joint.name, value))
+        def moved(event: Any) -> None:
+            value = float(event.target.value)
+            self._do(lambda: self.move(joint.name, value))
 
+        slider.on_update(of_pages(moved))
         return slider
 
     def move(self, name: str, value: float) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard.errors import ConfigError
 from roboyard.viewer.inspector.edits.edit_state import EditState, Pair, pair
+from roboyard.viewer.page.callbacks import Callback, in_order, of_pages
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -53,16 +54,18 @@ class PairPanel:
                 "Add overlapping pairs", hint="those of the current posture"
             )
 
-        def by_user(change: Callable[[], None]) -> Callable[[Any], None]:
-            return lambda event: self._do(change) if event.client_id is not None else None
+        def by_user(change: Callable[[], None]) -> Callback:
+            return of_pages(lambda _: self._do(change))
 
         self.choice.on_update(by_user(lambda: self.pick(self._chosen())))
         self.physics_box.on_update(by_user(self._ticked))
         self.planner_box.on_update(by_user(self._ticked))
         self.add_button.on_click(
-            lambda _: self._do(lambda: self.add([pair(str(self.first.value), str(self.second.value))]))
+            in_order(
+                lambda _: self._do(lambda: self.add([pair(str(self.first.value), str(self.second.value))]))
+            )
         )
-        self.touching_button.on_click(lambda _: self._do(self.add_touching))
+        self.touching_button.on_click(in_order(lambda _: self._do(self.add_touching)))
         self.picked: Pair | None = None
         self._added: list[Pair] = []
         self.refresh()

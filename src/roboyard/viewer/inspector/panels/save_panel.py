@@ -13,6 +13,7 @@ from roboyard.errors import ConfigError, RoboyardError
 from roboyard.viewer.inspector.edits.edit_state import EditState
 from roboyard.viewer.inspector.edits.save_edits import write_config, write_definition, write_planner_files
 from roboyard.viewer.inspector.robot_source import RobotSource, package_source
+from roboyard.viewer.page.callbacks import in_order
 from roboyard.viewer.page.markdown import plain
 
 
@@ -63,8 +64,8 @@ class SavePanel:
             self.import_button = gui.add_button("Write the edits and import", color="blue")
             self.progress = gui.add_progress_bar(0.0, visible=False)
         self.message = gui.add_markdown("")
-        self.write_button.on_click(lambda _: do(self._write))
-        self.import_button.on_click(lambda _: do(self.import_again))
+        self.write_button.on_click(in_order(lambda _: do(self._write)))
+        self.import_button.on_click(in_order(lambda _: do(self.import_again)))
 
     @property
     def is_changed(self) -> bool:

@@ -15,6 +15,7 @@ from roboyard.viewer.inspector.layers.gizmo import Gizmo
 from roboyard.viewer.inspector.layers.sensor_layer import SensorLayer
 from roboyard.viewer.inspector.panels.camera_panel import HEIGHT, WIDTH, blank
 from roboyard.viewer.inspector.panels.camera_panel import KINDS as PICTURES
+from roboyard.viewer.page.callbacks import Callback, in_order, of_pages
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -74,15 +75,15 @@ class SensorPanel:
         self.refresh()
 
     def _listen(self) -> None:
-        def by_user(change: Callable[[], None]) -> Callable[[Any], None]:
-            return lambda event: self._do(change) if event.client_id is not None else None
+        def by_user(change: Callable[[], None]) -> Callback:
+            return of_pages(lambda _: self._do(change))
 
         self.choice.on_update(by_user(lambda: self.pick(self.named(self.choice.value))))
         self.position.on_update(by_user(self._typed))
         self.turn.on_update(by_user(self._typed))
         self.handle_box.on_update(by_user(self._handle_ticked))
-        self.add_button.on_click(lambda _: self._do(self._add))
-        self.delete_button.on_click(lambda _: self._do(self._delete))
+        self.add_button.on_click(in_order(lambda _: self._do(self._add)))
+        self.delete_button.on_click(in_order(lambda _: self._do(self._delete)))
 
     @property
     def picked(self) -> SensorPose | None:

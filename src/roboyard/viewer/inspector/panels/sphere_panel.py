@@ -10,6 +10,7 @@ import numpy as np
 from roboyard.viewer.inspector.edits.edit_state import EditedSphere, EditState
 from roboyard.viewer.inspector.layers.gizmo import Gizmo
 from roboyard.viewer.inspector.layers.sphere_layer import SphereLayer
+from roboyard.viewer.page.callbacks import Callback, in_order, of_pages
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -48,16 +49,16 @@ class SpherePanel:
         )
         self.delete_button = gui.add_button("Delete the selected one")
 
-        def by_user(change: Callable[[], None]) -> Callable[[Any], None]:
-            return lambda event: self._do(change) if event.client_id is not None else None
+        def by_user(change: Callable[[], None]) -> Callback:
+            return of_pages(lambda _: self._do(change))
 
         self.link_choice.on_update(by_user(lambda: self.pick(self.link, 0 if self._spheres() else None)))
         self.sphere_choice.on_update(by_user(self._chosen))
         self.center.on_update(by_user(self._typed))
         self.radius.on_update(by_user(self._typed))
         self.handle_box.on_update(by_user(self._show_handle))
-        self.add_button.on_click(lambda _: self._do(self.add))
-        self.delete_button.on_click(lambda _: self._do(self.delete))
+        self.add_button.on_click(in_order(lambda _: self._do(self.add)))
+        self.delete_button.on_click(in_order(lambda _: self._do(self.delete)))
         self._index: int | None = None
         self._count()
 
