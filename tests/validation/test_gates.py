@@ -16,7 +16,7 @@ from roboyard.robots import add_robot, parse_definition
 from roboyard.sim import World
 from roboyard.validation import validate
 from roboyard.validation.gates import GATES
-from roboyard.validation.gates.ik_reach import ik_reach_gates
+from roboyard.validation.gates.ik_reach import ik_reach_gates, reach
 from roboyard.validation.gates.sensors import camera_findings
 from roboyard.validation.page import plot
 from roboyard.validation.report import Curve, Gate, ValidationReport
@@ -268,7 +268,7 @@ def test_a_robot_whose_mass_is_beyond_its_edge_tips_over(com: float, falls: bool
 REACH = """<robot name="reach">{links}</robot>"""
 
 
-def planar_arm(effort: float) -> RobotDescription:
+def planar_arm(effort: float, velocity: float = 2.0) -> RobotDescription:
     """Return an arm of three hinges about y that carry 2 kg, 0.3 m apart."""
     links, parent = link("base", 0.02), "base"
     for k in range(1, 4):
@@ -278,7 +278,7 @@ def planar_arm(effort: float) -> RobotDescription:
             f"iyy='.01' izz='.01' ixy='0' ixz='0' iyz='0'/></inertial></link>"
             f"<joint name='j{k}' type='revolute'>"
             f"<parent link='{parent}'/><child link='l{k}'/><origin xyz='{xyz}'/><axis xyz='0 1 0'/>"
-            f"<limit lower='-1.5' upper='1.5' effort='{effort}' velocity='2'/></joint>"
+            f"<limit lower='-1.5' upper='1.5' effort='{effort}' velocity='{velocity}'/></joint>"
         )
         parent = f"l{k}"
     links += (
@@ -297,9 +297,12 @@ def reach_definition(name: str = "InverseKinematicsController") -> dict:
     }
 
 
-def reached(description: RobotDescription, definition: dict) -> Gate:
-    world = ValidationWorld(name="reach", source=description, definition=parse_definition(definition))
-    (gate,) = ik_reach_gates(world, poses=3)
+def world_of(description: RobotDescription, definition: dict) -> ValidationWorld:
+    return ValidationWorld(name="reach", source=description, definition=parse_definition(definition))
+
+
+def reached(description: RobotDescription, definition: dict, poses: int = 3) -> Gate:
+    (gate,) = ik_reach_gates(world_of(description, definition), poses=poses)
     return gate
 
 
@@ -315,6 +318,29 @@ def test_an_arm_too_weak_for_its_weight_has_no_pose_to_reach() -> None:
     assert not gate.passed and gate.figure == 0.0
     assert "no path to a posture is free" in gate.detail
     assert "gravity needs more than 80% of the effort limit 8 of joint 'j1'" in gate.findings[0]
+
+
+def test_no_more_poses_are_tried_once_the_gate_cannot_pass() -> None:
+    """At 0.05 rad/s no pose is reached in time; three of 20 missed are more than a tenth."""
+    gate = reached(planar_arm(200.0, velocity=0.05), reach_definition(), poses=20)
+    assert not gate.passed and gate.figure == 0.0
+    assert gate.curve is not None and len(gate.curve.x) == len(gate.findings) == 3
+
+
+def test_an_arm_at_rest_away_from_its_pose_is_not_waited_for() -> None:
+    """A pose beside the arm's plane: after a minute the errors are those at which it was left."""
+    absolute = {"mode": "absolute_pose", "command_output_limits": None, "command_input_limits": None}
+    robot = world_of(planar_arm(200.0), reach_definition()).robot(
+        action_normalize=False, controllers={"arm_0": absolute}
+    )
+    beside = np.eye(4)
+    beside[:3, 3] = 0.6, 0.3, 1.4
+    began = robot.world.time
+    left = reach(robot, "arm_0", beside, 60.0)
+    assert robot.world.time - began < 20.0
+    robot.world.step(round(60.0 / robot.world.timestep))
+    assert left == pytest.approx(reach(robot, "arm_0", beside, 0.05), abs=1e-3)
+    assert left[0] > 0.1
 
 
 def test_arms_without_inverse_kinematics_skip_the_gate_of_reach() -> None:

@@ -3,12 +3,12 @@
 Poses come from random postures of the arm, up to 1.5 rad from the reset posture. The straight joint-space
 path from there is free of contacts, and gravity takes no more than 80 % of any joint's effort limit on it.
 The arm's controller follows absolute poses along that path (controllers do not plan), and must come to rest
-at the last.
+at the last. No further poses are tried once so many are missed that the gate cannot pass.
 """
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -36,6 +36,12 @@ POSITION, ROTATION = 5e-3, 0.05
 MIN_REACHED = 0.9
 """Fraction of poses to reach: an arm that follows poses, not joints, may take another posture on the path and
 collide."""
+AT_REST = (5e-5, 5e-4)
+"""Change of the errors within `REST_TIME` below which an arm is at rest (m, rad)."""
+REST_TIME = 1.0
+"""Time after which an arm at rest is left there (s)."""
+INTERVAL = 0.05
+"""Time between measurements of the errors (s)."""
 WINDOW = 1.5
 """Largest joint distance from the reset posture (rad or m)."""
 MAX_GRAVITY_EFFORT = 0.8
@@ -82,7 +88,9 @@ def reach_poses(test_world: TestWorld, arm: str, poses: int = POSES) -> Reached:
         poses: most poses.
     """
     absolute = {"mode": "absolute_pose", "command_output_limits": None, "command_input_limits": None}
-    controllers = dict.fromkeys(task_arms(test_world), absolute)
+    arms = task_arms(test_world)
+    controllers = dict.fromkeys(arms, absolute)
+    in_all = poses * len(arms)
     robot = test_world.robot(action_normalize=False, controllers=controllers)
     reached = Reached(errors=[], findings=[], causes=Counter())
     robot.world.step(1)
@@ -98,6 +106,8 @@ def reach_poses(test_world: TestWorld, arm: str, poses: int = POSES) -> Reached:
                 f"{arm}, pose {k}: {error[0] * 1e3:.1f} mm and {error[1]:.3f} rad from the pose"
                 + hindrance(robot, arm, usual)
             )
+        if (in_all - len(reached.findings)) / in_all < MIN_REACHED:
+            break
     return reached
 
 
@@ -266,7 +276,7 @@ def reach(
     *,
     near: tuple[float, float] = (POSITION / 5, ROTATION / 5),
 ) -> tuple[float, float]:
-    """Command an arm to a (4, 4) pose in the base frame, until it is near or the time is up.
+    """Command an arm to a (4, 4) pose in the base frame, until it is near, at rest or the time is up.
 
     Args:
         robot: in the world of the test.
@@ -281,10 +291,14 @@ def reach(
     command(robot, group, pose)
     link = robot.body.link(_tip_link(robot, group))
     error = (np.inf, np.inf)
-    for _ in range(round(seconds * 20)):
-        robot.world.step(round(0.05 / robot.world.timestep))
+    lately: deque[tuple[float, float]] = deque(maxlen=1 + round(REST_TIME / INTERVAL))
+    for _ in range(round(seconds / INTERVAL)):
+        robot.world.step(round(INTERVAL / robot.world.timestep))
         error = _error(robot, link.pose, pose)
         if error[0] < near[0] and error[1] < near[1]:
+            break
+        lately.append(error)
+        if len(lately) == lately.maxlen and (np.ptp(lately, axis=0) < AT_REST).all():
             break
     return error
 
