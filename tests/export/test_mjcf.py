@@ -152,6 +152,34 @@ def test_a_mesh_of_two_colours_becomes_two_geoms(model: mujoco.MjModel) -> None:
     assert sorted(faces) == [2, 10]
 
 
+def test_a_mesh_of_too_many_faces_for_an_stl_file_is_written_in_pieces(
+    robot: RobotModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The box of two colours, as if an STL file held four faces: its ten faces of one colour become three
+    pieces of the same area in all.
+    """
+
+    def faces_and_areas(model: mujoco.MjModel) -> tuple[list[int], dict[int, float]]:
+        faces, areas = [], {}
+        for geom in np.flatnonzero((model.geom_bodyid == model.body("arm.1").id) & (model.geom_group == 2)):
+            mesh = model.mesh(model.geom_dataid[geom])
+            first, count = int(mesh.vertadr[0]), int(mesh.vertnum[0])
+            points = model.mesh_vert[first : first + count].astype(float)
+            used = model.mesh_face[int(mesh.faceadr[0]) : int(mesh.faceadr[0]) + int(mesh.facenum[0])]
+            a, b, c = (points[used[:, k]] for k in range(3))
+            area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+            color = int(model.geom_matid[geom])
+            areas[color] = areas.get(color, 0.0) + float(area)
+            faces.append(int(mesh.facenum[0]))
+        return sorted(faces), areas
+
+    whole, areas = faces_and_areas(load(robot, tmp_path / "whole"))
+    monkeypatch.setattr("roboyard.export.mjcf.geoms.STL_MAX_FACES", 4)
+    pieces, same = faces_and_areas(load(robot, tmp_path / "pieces"))
+    assert (whole, pieces) == ([2, 10], [2, 3, 3, 4])
+    assert same == pytest.approx(areas)
+
+
 def test_collision_meshes_become_hulls_once(robot: RobotModel, model: mujoco.MjModel) -> None:
     arm, puck = (
         np.flatnonzero((model.geom_bodyid == model.body(name).id) & (model.geom_group == 3))[0]

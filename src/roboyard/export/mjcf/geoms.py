@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ from roboyard.export.mjcf.assets import Assets
 from roboyard.export.mjcf.xml import add, pose
 from roboyard.shapes.convex.hulls import convex_hull
 from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh_files import STL_MAX_FACES
 from roboyard.transforms import multiply, quaternion_from_axis_angle, rotate
 
 MAX_COLORS = 16
@@ -85,17 +87,33 @@ def _parts(
     if pixels is not None and mesh.uv is not None:
         texture = assets.texture(pixels, name)
         return [(mesh, assets.material(rgba or (1.0, 1.0, 1.0, 1.0), texture, label))]
+    if mesh.uv is not None:
+        mesh = replace(mesh, uv=None)
     if rgba is not None:
-        return [(mesh, assets.material(rgba, None, label))]
+        return _pieces(mesh, assets.material(rgba, None, label))
     groups = faces_by_color(mesh)
     if not groups:
-        return [(mesh, assets.material(DEFAULT_RGBA, None, label))]
+        return _pieces(mesh, assets.material(DEFAULT_RGBA, None, label))
     if len(groups) == 1:
-        return [(mesh, assets.material(groups[0][0], None, None))]
+        return _pieces(mesh, assets.material(groups[0][0], None, None))
     if len(groups) > MAX_COLORS:
         rest = np.concatenate([faces for _, faces in groups[MAX_COLORS - 1 :]])
         groups = [*groups[: MAX_COLORS - 1], (_mean_color(mesh, rest), rest)]
-    return [(submesh(mesh, faces), assets.material(color, None, None)) for color, faces in groups]
+    return [
+        piece
+        for color, faces in groups
+        for piece in _pieces(submesh(mesh, faces), assets.material(color, None, None))
+    ]
+
+
+def _pieces(mesh: TriangleMesh, material: str) -> list[tuple[TriangleMesh, str]]:
+    """Return a mesh in pieces that fit into an STL file each, which is small and quick to read beside an
+    OBJ.
+    """
+    count = -(-len(mesh.faces) // STL_MAX_FACES)
+    if count <= 1:
+        return [(mesh, material)]
+    return [(submesh(mesh, faces), material) for faces in np.array_split(np.arange(len(mesh.faces)), count)]
 
 
 def _mean_color(mesh: TriangleMesh, faces: np.ndarray) -> RGBA:

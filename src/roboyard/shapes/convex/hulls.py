@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 from roboyard._numba import njit
 from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.shapes.voxels.grid import VoxelGrid
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
 
 Array = NDArray[np.float64]
 THINNEST = 2e-3
@@ -167,6 +170,8 @@ def farthest_along(points, directions):
 
 def hull_volume(points: Array) -> float:
     """Return the volume of the convex hull of (n, 3) points; 0 if they are too few or flat."""
+    from scipy.spatial import ConvexHull, QhullError
+
     if len(points) < 4:
         return 0.0
     try:
@@ -209,6 +214,8 @@ def _thickened(points: Array) -> tuple[Array, tuple[str, ...]]:
 
 def _qhull(points: Array) -> tuple[Array, ConvexHull]:
     """Return the corners of the hull and their hull, with joggled input where Qhull needs it."""
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
         hull = ConvexHull(points)
         corners = points[hull.vertices]
@@ -221,6 +228,8 @@ def _qhull(points: Array) -> tuple[Array, ConvexHull]:
 
 def _most_prominent(points: Array, count: int) -> Array:
     """Return `count` of (n, 3) points: a wide tetrahedron, then each time the point farthest outside."""
+    from scipy.spatial import ConvexHull, QhullError
+
     chosen = _wide_tetrahedron(points)
     try:
         hull = ConvexHull(points[chosen], incremental=True)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import KDTree
 
 from roboyard._numba import njit
 from roboyard.shapes.mesh import TriangleMesh
@@ -100,6 +99,8 @@ def measure_spheres(
     Monte Carlo with `samples` points for each figure and an exact inside test (slow on large meshes). Meshes
     without volume have coverage and excess by surface: share of surface covered, and union volume / 1e-9 m³.
     """
+    from scipy.spatial import KDTree
+
     middle = np.asarray(centers, dtype=float).reshape(-1, 3)
     radius = np.asarray(radii, dtype=float).reshape(-1)
     rng = np.random.default_rng(seed)

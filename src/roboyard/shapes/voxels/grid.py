@@ -14,11 +14,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.voxels import kernels
+from roboyard.shapes.voxels.regions import label_regions
 
 Array = NDArray[np.float64]
 Triangles = tuple[Array, NDArray[np.int32]]
@@ -219,8 +219,8 @@ def _grown(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _enclosed(wall: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return (nx, ny, nz) voxels that `wall` encloses, without regions under 27 voxels."""
-    regions = np.empty(wall.shape, dtype=np.int32)
-    if ndimage.label(~wall, output=regions) == 1:
+    regions = np.zeros(wall.shape, dtype=np.int32)
+    if label_regions(wall.view(np.uint8), regions, np.empty(wall.size, dtype=np.int64)) == 1:
         return np.zeros_like(wall)
     sizes = np.bincount(regions.ravel())
     is_enclosed = sizes >= 27
