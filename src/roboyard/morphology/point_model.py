@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.description.geometry import geometry_mesh
-from roboyard.description.model import Joint, Link, RobotDescription
+from roboyard.description.model import Collision, Joint, Link, RobotDescription, Visual
 from roboyard.kinematics.description_poses import forward_kinematics, vector_joints
 from roboyard.morphology.joint_ranges import home_position
+from roboyard.morphology.kept_points import kept_points
 from roboyard.shapes.convex.hulls import farthest_along
 from roboyard.transforms import Array
 
@@ -211,8 +212,13 @@ def _share_at_home(joint: Joint, home: float) -> float:
 
 def _outline(link: Link) -> Array:
     """(k, 3) extreme points of a link's collision shapes, or of its visual ones where it has no others."""
+    shapes = link.collisions or link.visuals
+    return kept_points(f"outline {DIRECTIONS}", shapes, lambda: _extremes(shapes))
+
+
+def _extremes(shapes: Sequence[Visual | Collision]) -> Array:
     found = []
-    for shape in link.collisions or link.visuals:
+    for shape in shapes:
         mesh = geometry_mesh(shape.geometry)
         if mesh is not None and len(mesh.vertices):
             matrix = shape.origin.matrix()
@@ -224,7 +230,7 @@ def extreme_points(points: Array, directions: int = DIRECTIONS) -> Array:
     """(k, 3) those of (n, 3) points that lie farthest out in one of many even directions."""
     if len(points) <= directions:
         return points
-    return points[np.unique(farthest_along(np.ascontiguousarray(points), _directions(directions)))]
+    return points[np.unique(farthest_along(points, _directions(directions)))]
 
 
 def _directions(count: int) -> Array:

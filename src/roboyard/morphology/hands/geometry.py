@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.description.evidence.model import Follower
 from roboyard.description.geometry import shape_meshes
-from roboyard.description.model import Box, Joint, Link, RobotDescription
+from roboyard.description.model import Box, Collision, Joint, Link, RobotDescription, Visual
 from roboyard.errors import MeshError
 from roboyard.kinematics.description_poses import forward_kinematics, position_size
 from roboyard.morphology.joint_ranges import home_position
+from roboyard.morphology.kept_points import kept_points
 from roboyard.morphology.point_model import extreme_points
 from roboyard.transforms import Array
 
+DIRECTIONS = 64
+"""Of the extreme points kept for each shape."""
 TIP_SHARE = 0.2
 """Share of a finger's points, the farthest ones, that are its tip."""
 
@@ -186,10 +190,15 @@ def _outline(link: Link) -> Array:
     boxes = all(isinstance(shape.geometry, Box) for shape in link.collisions)
     for shapes in (link.visuals, link.collisions) if boxes else (link.collisions, link.visuals):
         try:
-            meshes = shape_meshes(shapes)
+            found = kept_points(f"extremes {DIRECTIONS}", shapes, partial(_extremes, shapes))
         except MeshError:
             continue
-        found = [extreme_points(mesh.vertices, 64) for mesh in meshes if len(mesh.vertices)]
-        if found:
-            return np.concatenate(found)
+        if len(found):
+            return found
     return np.empty((0, 3))
+
+
+def _extremes(shapes: Sequence[Visual | Collision]) -> Array:
+    meshes = shape_meshes(shapes)
+    found = [extreme_points(mesh.vertices, DIRECTIONS) for mesh in meshes if len(mesh.vertices)]
+    return np.concatenate(found) if found else np.empty((0, 3))

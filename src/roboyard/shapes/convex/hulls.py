@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roboyard._numba import njit
 from roboyard.errors import MeshError
+from roboyard.native import compiled
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.shapes.voxels.grid import VoxelGrid
 
@@ -135,37 +135,51 @@ def measure_hulls(hulls: Sequence[TriangleMesh], grid: VoxelGrid) -> HullFit:
     )
 
 
-@njit(cache=True, nogil=True)
-def mark_convex(planes, begin, end, mask):
-    """Set in `mask` the voxels of [begin, end) with centres behind all (p, 4) planes (voxel units)."""
+def mark_convex(
+    planes: Array, begin: NDArray[np.int64], end: NDArray[np.int64], mask: NDArray[np.bool_]
+) -> None:
+    """Set in (nx, ny, nz) `mask` the voxels of (3,) `begin` to `end` with centres behind all (p, 4) planes
+    (voxel units).
+    """
+    mark_behind(planes, begin, end, mask.view(np.uint8))
+
+
+@compiled("f8[:,::1] i8[::1] i8[::1] u1[:,:,::1]", releases_gil=True)
+def mark_behind(planes, begin, end, mask):
+    """Set in `mask` what `mark_convex` sets."""
     for i in range(begin[0], end[0]):
         for j in range(begin[1], end[1]):
             for k in range(begin[2], end[2]):
-                if mask[i, j, k]:
+                if mask[i, j, k] != 0:
                     continue
-                inside = True
+                inside = 1
                 for p in range(planes.shape[0]):
                     if (
                         planes[p, 0] * (i + 0.5) + planes[p, 1] * (j + 0.5) + planes[p, 2] * (k + 0.5)
                         > -planes[p, 3]
                     ):
-                        inside = False
+                        inside = 0
                         break
                 mask[i, j, k] = inside
 
 
-@njit(cache=True, nogil=True)
-def farthest_along(points, directions):
+def farthest_along(points: Array, directions: Array) -> NDArray[np.int64]:
     """Return (d,) indices of the (n, 3) points farthest along each of (d, 3) directions."""
-    out = np.zeros(directions.shape[0], np.int64)
+    found = np.zeros(len(directions), dtype=np.int64)
+    write_farthest(np.ascontiguousarray(points), np.ascontiguousarray(directions), found)
+    return found
+
+
+@compiled("f8[:,::1] f8[:,::1] i8[::1]", releases_gil=True)
+def write_farthest(points, directions, found):
+    """Write the indices that `farthest_along` returns to (d,) zeros."""
     for j in range(directions.shape[0]):
         x, y, z = directions[j, 0], directions[j, 1], directions[j, 2]
         best = -np.inf
         for i in range(points.shape[0]):
             d = x * points[i, 0] + y * points[i, 1] + z * points[i, 2]
             if d > best:
-                best, out[j] = d, i
-    return out
+                best, found[j] = d, i
 
 
 def hull_volume(points: Array) -> float:
