@@ -123,7 +123,10 @@ FLOOR = """<robot name="floor"><link name="f"><inertial><mass value="0"/>
 
 
 def test_a_wheel_of_a_file_rolls_on_the_edges_of_a_prism(client: int, tmp_path: Path) -> None:
-    """The places after 20 and 60 steps, and the contacts' distance, are real PyBullet's."""
+    """The first push, the places after 20 and 60 steps, and the contacts' distance, are real PyBullet's.
+
+    The first steps agree wholly; from then on Bullet finds the middle of an edge, MuJoCo one of its ends.
+    """
     for name, text in (("wheel", WHEEL), ("floor", FLOOR)):
         (tmp_path / f"{name}.urdf").write_text(text, encoding="utf-8")
     p.setGravity(0, 0, -9.81)
@@ -134,9 +137,15 @@ def test_a_wheel_of_a_file_rolls_on_the_edges_of_a_prism(client: int, tmp_path: 
     for step in range(1, 61):
         p.stepSimulation()
         places += [c[6][0] for c in p.getContactPoints(wheel) if c[9] > 0.0]
+        if step == 3:
+            (contact,) = p.getContactPoints(wheel)
+            np.testing.assert_allclose((contact[8], contact[9]), (0.000162, 9.658), atol=6e-4)
+            np.testing.assert_allclose(
+                p.getBaseVelocity(wheel), [(0.50399, 0, -0.08235), (0, 9.91578, 0)], atol=2e-4
+            )
         if step == 20:
             assert abs(p.getBasePositionAndOrientation(wheel)[0][0] - 0.04094) < 3e-4
-    assert abs(p.getBasePositionAndOrientation(wheel)[0][0] - 0.11662) < 1.5e-3
+    assert abs(p.getBasePositionAndOrientation(wheel)[0][0] - 0.11662) < 1.7e-3
     gaps = np.diff(np.sort(places))
     apart = gaps[gaps > 1e-3]
     assert len(apart) >= 9 and apart.min() > 0.8 * 2 * np.pi * 0.05 / 32

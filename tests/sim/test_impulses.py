@@ -142,7 +142,7 @@ def test_many_efforts_are_divided_by_the_inertia_at_once(blocks: int) -> None:
     np.testing.assert_allclose(across.T, wanted, rtol=1e-9)
 
 
-def test_sliding_rows_are_those_of_points_between_the_margins() -> None:
+def test_sliding_rows_are_those_of_points_on_the_surface() -> None:
     world = World(profile=BULLET)
     world.add_plane()
     box = world.add_box((0.3, 0.2, 0.1), position=(0.0, 0.0, 0.0515), mass=1.0)
@@ -152,7 +152,7 @@ def test_sliding_rows_are_those_of_points_between_the_margins() -> None:
     data.qvel[:] = np.random.default_rng(3).normal(size=model.nv)
     mujoco.mj_step1(model, data)
     found, solver = world.stepping._compiled[1], world.stepping.in_turn
-    points = data.contact.pos - 0.001 * data.contact.frame[:, :3]
+    points = data.contact.pos + (0.5 * data.contact.dist - 0.002)[:, None] * data.contact.frame[:, :3]
     assert solver.arrange(found) and data.ncon >= 4
     made, row = solver._solver, int(box.mujoco_ids[0])
     for n in range(made.ends[3], made.ends[4]):

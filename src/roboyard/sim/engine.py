@@ -49,7 +49,7 @@ class Engine(Generic[BodyT]):
             raise RoboyardError(f"timestep must be positive and finite, got {timestep}")
         self.raw_spec = new_spec()
         """The spec, inactive bodies included; call `mark_stale` after an edit."""
-        self.assets = MeshAssets(self.raw_spec)
+        self.assets = MeshAssets(self.raw_spec, profile.hull_steps)
         self.pool = BodyPool(self)
         self.body_by_id: dict[int, BodyT] = {}
         self.profile = profile

@@ -28,6 +28,8 @@ class PhysicsProfile:
     """Share of a penetration that a hard contact corrects in a step."""
     deep: float = 0.04
     """Distance (rad or m) beyond a limit from which a joint is stopped, but not moved back."""
+    contact_slop: float = 0.0
+    """Penetration (m) that hard contacts leave: bodies come to rest so deep."""
     slow: float = 0.05
     """Closing speed (m/s) below which contacts do not bounce."""
     largest_velocity: float | None = None
@@ -43,6 +45,8 @@ class PhysicsProfile:
     angular_impedance: float = 0.9999
     """Impedance of motors, joint limits and hard contacts, below 1."""
 
+    hull_steps: int = 0
+    """Number of steps over the extent of a convex hull to which its corners are rounded; 0: not rounded."""
     keeps_textures: bool = False
     """Whether the texture of a mesh file is multiplied by the description's colour instead of replaced."""
 
@@ -62,12 +66,14 @@ BULLET = PhysicsProfile(
     contact_margin=0.002,
     erp=0.2,
     contact_erp=0.08,
+    contact_slop=1e-5,
     slow=0.2,
     largest_velocity=100.0,
     motor_rounds=50,
     motor_residual=1e-7,
     pid_drives=False,
     joint_friction=False,
+    hull_steps=10216,
     keeps_textures=True,
 )
 """Bullet's multibody world: friction by product, contacts on the velocity level with a look-ahead of 4 mm,

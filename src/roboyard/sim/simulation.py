@@ -181,6 +181,7 @@ class Simulation(Engine[Body]):
             joint_friction=joint_friction and self.profile.joint_friction,
             keep_link_order=keep_link_order,
             hard=self.profile.hard_contacts,
+            hull_steps=self.profile.hull_steps,
             contype=contype,
             conaffinity=conaffinity,
         )

@@ -1,4 +1,4 @@
-"""Gaps up to which Bullet keeps the contact points of a pair.
+"""Gaps up to which Bullet keeps the points of a pair, and boxes across whose gaps it does not look.
 
 A pair keeps the points whose gap is below 0.02 of the smaller shape's reach from its inertial frame: half the
 diagonal of its box and the distance of the box's centre.
@@ -6,15 +6,19 @@ diagonal of its box and the distance of the box's centre.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
-from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds
+from roboyard.description.model import Collision
+from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, local_bounds
+from roboyard.transforms import matrix_from_quaternion
 
 SHARE = 0.02
 """Bullet's contact threshold, as a share of a shape's reach."""
+ENDLESS = 1e9
+"""Half size (m) of the boxes of other shapes."""
 
 
 def contact_reaches(model: Any, bounds: Iterable[tuple[int, LinkBounds, float]]) -> np.ndarray:
@@ -31,3 +35,32 @@ def contact_reaches(model: Any, bounds: Iterable[tuple[int, LinkBounds, float]])
             reach = np.linalg.norm(upper - lower) / 2 + np.linalg.norm(upper + lower) / 2
             by_row[row] = SHARE * reach
     return by_row[model.geom_bodyid]
+
+
+def shape_boxes(
+    geoms: int, links: Iterable[tuple[Sequence[Collision], Sequence[int], bool, bool]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return (geoms, 4, 3) boxes around shapes and (geoms,) 1 for the parts of compounds.
+
+    A box is its middle and three half axes in the frame of the link (m). Where a shape's place among the
+    geoms is not known, or it is no box, ball or hull, the box is endless.
+
+    Args:
+        geoms: number of geoms.
+        links: shapes of each link, their geoms, whether cylinders are exact, whether the link is a compound.
+    """
+    boxes, compound = np.zeros((geoms, 4, 3)), np.zeros(geoms, np.uint8)
+    boxes[:, 1:] = ENDLESS * np.eye(3)
+    for shapes, rows, implicit_cylinder, is_compound in links:
+        compound[list(rows)] = is_compound
+        if len(shapes) != len(rows):
+            continue
+        for shape, row in zip(shapes, rows, strict=True):
+            corners = (
+                None if shape.concave else local_bounds(shape.geometry, implicit_cylinder=implicit_cylinder)
+            )
+            if corners is not None:
+                turn = matrix_from_quaternion(shape.origin.quaternion)
+                boxes[row, 0] = np.asarray(shape.origin.position) + turn @ (corners[0] + corners[1]) / 2
+                boxes[row, 1:] = ((corners[1] - corners[0]) / 2)[:, None] * turn.T
+    return boxes, compound

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches
+from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches, shape_boxes
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
@@ -71,6 +71,7 @@ class PhysicsScene:
         self._contact_reaches: Any = None
         self.world.surfaces.margins_of = self.geom_margins
         self.world.surfaces.reaches_of = self.contact_reaches
+        self.world.surfaces.boxes_of = self.shape_boxes
         self._scratch: Any = None
         self.scratch_arrays: tuple[Any, ...] = ()
         """Positions, velocities and accelerations of `scratch_data`."""
@@ -263,6 +264,26 @@ class PhysicsScene:
             ]
             self._contact_reaches = world.revision, contact_reaches(world.live_model, bounds)
         return self._contact_reaches[1]
+
+    def shape_boxes(self) -> tuple[Any, Any]:
+        """Return (ngeom, 4, 3) boxes around shapes and (ngeom,) whether these are parts of compounds."""
+        world = self.world
+        links = (
+            (
+                shapes.collisions,
+                [geom.id for geom in built.geoms],
+                model.implicit_cylinder,
+                box.kind == "compound",
+            )
+            for number in self.bodies
+            for record in (self.ready(number, ""),)
+            for model in (record.model,)
+            for link, (shapes, built) in enumerate(
+                zip(model.description.links, record.body.built.links, strict=True)
+            )
+            for box, _ in (record.bounds(link - 1),)
+        )
+        return shape_boxes(world.live_model.ngeom, links)
 
     # -------------------------------------------------------------------------------------------------- time
 

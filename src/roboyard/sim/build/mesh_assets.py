@@ -23,8 +23,14 @@ THICKNESS = 1e-3
 class MeshAssets:
     """Counts the users of each mesh in a spec and deletes a mesh with its last user."""
 
-    def __init__(self, spec: mujoco.MjSpec) -> None:
-        self._spec = spec
+    def __init__(self, spec: mujoco.MjSpec, hull_steps: int = 0) -> None:
+        """Start with none.
+
+        Args:
+            spec: the spec.
+            hull_steps: number of steps over a hull's extent to which its corners are rounded; 0: none.
+        """
+        self._spec, self._hull_steps = spec, hull_steps
         self._meshes: dict[str, tuple[Any, int]] = {}
         self._own = 0
         """Number of meshes of `add_own` so far."""
@@ -42,7 +48,7 @@ class MeshAssets:
         """Return the name of the spec's mesh for these triangles, or their hull; count one more user."""
         import mujoco
 
-        vertices, faces = convex_hull(mesh) if hull else (mesh.vertices, mesh.faces)
+        vertices, faces = convex_hull(mesh, self._hull_steps) if hull else (mesh.vertices, mesh.faces)
         name = ("hull-" if hull else "mesh-") + _digest(vertices, faces).hex()[:24]
         found = self._meshes.get(name)
         if found is not None:
@@ -90,28 +96,35 @@ class MeshAssets:
         self._spec.delete(element)
 
 
-def convex_hull(mesh: TriangleMesh) -> tuple[Array, np.ndarray]:
+def convex_hull(mesh: TriangleMesh, steps: int = 0) -> tuple[Array, np.ndarray]:
     """Return vertices (n, 3) (m) and outward faces (m, 3) of the convex hull, kept in memory and on disk.
 
     Flat meshes get a thickness of 1 mm.
+
+    Args:
+        mesh: the triangles.
+        steps: number of steps over each extent to which the corners are rounded towards the middle, as an
+            impulse engine does whose hulls have integer coordinates; 0: they are not rounded.
     """
-    key = _digest(mesh.vertices, mesh.faces)
+    key = _digest(mesh.vertices, mesh.faces, steps)
     found = _HULLS.get(key)
     if found is None:
         if len(_HULLS) >= _HULLS_LIMIT:
             _HULLS.clear()
         found = load_hull(key)
         if found is None:
-            found = _hull(mesh.vertices[np.unique(mesh.faces)])
+            found = _hull(mesh.vertices[np.unique(mesh.faces)], steps)
             store_hull(key, *found)
         _HULLS[key] = found
     return found
 
 
-def _hull(points: Array) -> tuple[Array, np.ndarray]:
+def _hull(points: Array, steps: int) -> tuple[Array, np.ndarray]:
     from scipy.spatial import ConvexHull
 
     points = _thickened(points.astype(np.float32).astype(float))
+    if steps:
+        points = _rounded(points, steps)
     hull = ConvexHull(points, qhull_options="Qt")
     order = np.unique(hull.simplices)
     index = np.full(len(points), -1)
@@ -122,6 +135,14 @@ def _hull(points: Array) -> tuple[Array, np.ndarray]:
     inward = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
     faces[inward] = faces[inward][:, ::-1]
     return vertices, faces.astype(np.int32)
+
+
+def _rounded(points: Array, steps: int) -> Array:
+    """Return points on a grid of so many steps over each extent, rounded towards the middle."""
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    size = (upper - lower) / steps
+    middle = (lower + upper) * 0.5
+    return np.trunc((points - middle) * (1.0 / size)) * size + middle
 
 
 def _thickened(points: Array) -> Array:
@@ -138,8 +159,10 @@ def _thickened(points: Array) -> Array:
     return points
 
 
-def _digest(vertices: Array, faces: np.ndarray) -> bytes:
+def _digest(vertices: Array, faces: np.ndarray, steps: int = 0) -> bytes:
     digest = hashlib.blake2b(digest_size=16)
     digest.update(np.ascontiguousarray(vertices).data)
     digest.update(np.ascontiguousarray(faces).data)
+    if steps:
+        digest.update(steps.to_bytes(8, "little"))
     return digest.digest()

@@ -76,5 +76,7 @@ class BuildOptions:
     joint_damping: bool = True
     hard: bool = False
     """Whether joint limits are rigid, for worlds that solve contacts on the velocity level."""
+    hull_steps: int = 0
+    """See `PhysicsProfile.hull_steps`."""
     contype: int = 1
     conaffinity: int = -1

@@ -30,6 +30,7 @@ from roboyard.sim.stepping.impulse_records import (
     ROUNDS,
     SEARCH,
     SEEN,
+    SLOP,
     SLOW,
     SOLVER,
     STATE,
@@ -47,7 +48,7 @@ from roboyard.sim.stepping.kernels import (
     hard_limits,
     product_friction,
 )  # fmt: skip
-from roboyard.sim.stepping.manifold_kernels import keep_points
+from roboyard.sim.stepping.manifold_kernels import drop_gaps, keep_points
 from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS, find_rows
 
 KEEP, ARRANGE, ASK, SOLVE = range(4)
@@ -81,6 +82,11 @@ def execute(  # pragma: no cover
         return ROOM
     if first <= KEEP:
         points.notes[EXTRA] = 0
+        if surface.boxes.shape[0] > 0:
+            drop_gaps(
+                contacts, contact_count, mechanism.geom_type, mechanism.geom_body, state.xpos, state.xmat,
+                surface.margins, surface.boxes, surface.compound,
+            )  # fmt: skip
         if contact_count == 0:
             points.notes[PAIRS] = 0
         elif rules[KEEPS_POINTS] > 0.0:
@@ -213,7 +219,7 @@ def turn_about_axis(  # pragma: no cover
 def slide_on_margins(  # pragma: no cover
     geom, address, contacts, mechanism, state, surface, solver, velocity
 ):
-    """Move the contacts' sliding rows from between MuJoCo's shapes to between the surfaces.
+    """Move each contact's sliding rows from between MuJoCo's shapes to a point on each of the two surfaces.
 
     These lie outside the shapes by margins: a wheel whose hull has one rolls on a radius larger by it. The
     rows' velocities change, too.
@@ -226,22 +232,21 @@ def slide_on_margins(  # pragma: no cover
         a, b = tree[geom[i, 0]], tree[geom[i, 1]]
         if not ((a >= 0 and solver.taken[a] == 1) or (b >= 0 and solver.taken[b] == 1)):
             continue
-        shift = 0.5 * (surface.margins[geom[i, 0]] - surface.margins[geom[i, 1]])
-        for k in range(2 if shift != 0.0 else 0):
+        half = 0.5 * contacts.dist[i]
+        for k in range(2):
             t = 3 + 3 * k
-            x = shift * (frame[i, 1] * frame[i, t + 2] - frame[i, 2] * frame[i, t + 1])
-            y = shift * (frame[i, 2] * frame[i, t] - frame[i, 0] * frame[i, t + 2])
-            z = shift * (frame[i, 0] * frame[i, t + 1] - frame[i, 1] * frame[i, t])
+            x = frame[i, 1] * frame[i, t + 2] - frame[i, 2] * frame[i, t + 1]
+            y = frame[i, 2] * frame[i, t] - frame[i, 0] * frame[i, t + 2]
+            z = frame[i, 0] * frame[i, t + 1] - frame[i, 1] * frame[i, t]
             for side in range(2):
+                shift = half - surface.margins[geom[i, side]]
                 body = mechanism.geom_body[geom[i, side]]
                 while body > 0:
                     first = mechanism.body_dof[body]
                     for d in range(first, first + mechanism.body_dofs[body]):
                         more = x * state.cdof[d, 0] + y * state.cdof[d, 1] + z * state.cdof[d, 2]
-                        if side == 0:
-                            more = -more
-                        jacobian[n + k, d] += more
-                        velocity[order[n + k, 0]] += more * state.qvel[d]
+                        jacobian[n + k, d] += shift * more
+                        velocity[order[n + k, 0]] += shift * more * state.qvel[d]
                     body = mechanism.body_parent[body]
         n += 2
 
@@ -275,13 +280,13 @@ def ask_of_rows(rows, contacts, search, state, surface, solver, remade):  # prag
             product_friction(surface.friction, geom, dim, address, friction, mu, R, D)
         hard_contacts(
             surface.restitution, geom, dim, address, dist, friction, velocity, rules[TIMESTEP],
-            rules[CONTACT_ERP], rules[SLOW], surface.base, reference, R, D, surface.margins, surface.reaches,
-            contacts.position, contacts.frame,
+            rules[CONTACT_ERP], rules[SLOP], rules[SLOW], surface.base, reference, R, D, surface.margins,
+            surface.reaches, contacts.position, contacts.frame,
         )  # fmt: skip
         if rules[IS_COMPLIANT] > 0.0:
             compliant_contacts(
                 surface.compliance, geom, dim, address, dist, friction, mu, rules[TIMESTEP],
-                rules[CONTACT_ERP], surface.base, reference, R, D,
+                rules[CONTACT_ERP], rules[SLOP], surface.base, reference, R, D,
             )  # fmt: skip
 
 
@@ -369,13 +374,14 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
     reference, force = rows.reference[at[8] : at[8] + count], rows.force[at[9] : at[9] + count]
     geom, address = contacts.geom[: search.counts[0]], contacts.address[: search.counts[0]]
     contact_rows(
-        geom, address, contacts.dim, contacts.friction, surface.compliance, R, solver.mu, solver.soft
-    )
+        geom, address, contacts.dim, contacts.friction, surface.compliance, surface.restitution, R, solver.mu,
+        solver.soft,
+    )  # fmt: skip
     set_goals(
         order, kind, index, position, velocity, reference, surface.base, loss, solver.mu, solver.soft,
         mechanism.dof_joint, mechanism.joint_type, mechanism.joint_qpos, solver.motors, solver.targets,
         state.qpos, state.qvel, state.smooth, jacobian, ends, tree_dof, tree_dofs, mechanism.equality_bound,
-        mechanism.equality_share, mechanism.equality_aux, rules[ERP], timestep, goals,
+        mechanism.equality_share, mechanism.equality_aux, rules[ERP], rules[SLOW], timestep, goals,
     )  # fmt: skip
     listed = ends[4]
     if listed <= DENSE:

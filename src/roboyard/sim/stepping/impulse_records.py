@@ -21,8 +21,9 @@ from roboyard.native import record
     KEEPS_POINTS,
     SEEN,
     IS_BOUNDED,
+    SLOP,
     RULES,
-) = range(15)
+) = range(16)
 """Places in `Solver.rules`."""
 WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, LINES = range(7)
 """Rows of `Solver.lines`."""
@@ -145,6 +146,9 @@ class Surface(NamedTuple):
     damping: np.ndarray
     margins: np.ndarray
     reaches: np.ndarray
+    boxes: np.ndarray
+    """(ngeom, 4, 3) boxes of `drop_gaps`; of no geom where all gaps count."""
+    compound: np.ndarray
     base: np.ndarray
     """(nefc,) or longer: references of normals before the correction for sliding."""
 
@@ -157,7 +161,7 @@ class Solver(NamedTuple):
     largest: np.ndarray
     """(nv,) bounds of velocities."""
     rules: np.ndarray
-    """(14,) numbers; see TIMESTEP and those that follow."""
+    """(15,) numbers; see TIMESTEP and those that follow."""
     taken: np.ndarray
     places: np.ndarray
     ends: np.ndarray
@@ -192,7 +196,7 @@ STATE = record(
     " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1]",
 )
 POINTS = record(Points, "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i8[::1]")
-SURFACE = record(Surface, "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[::1]")
+SURFACE = record(Surface, "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] u1[::1] f8[::1]")
 SOLVER = record(
     Solver,
     "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] f8[:,::1] f8[:,::1] f8[:,::1]"

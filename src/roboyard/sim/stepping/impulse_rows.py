@@ -135,17 +135,19 @@ def order_rows(
     return n
 
 
-def contact_rows(geom, address, dim, friction, compliance, R, mu, soft):
-    """Write the coefficients of contacts' friction rows and the compliance of their normals.
+def contact_rows(geom, address, dim, friction, compliance, restitution, R, mu, soft):
+    """Write the coefficients of contacts' friction rows, the bounce and the compliance of their normals.
 
-    friction: (ncon, 5). compliance: (ngeom, 2) stiffness, 0 for a rigid surface, and damping. R: (nefc,).
-    mu, soft: (nefc,) or more, written; soft in m/s by N s, 0 for rigid contacts.
+    friction: (ncon, 5). compliance: (ngeom, 2) stiffness, 0 for a rigid surface, and damping. restitution:
+    (ngeom,). R: (nefc,). mu, soft: (nefc,) or more, written; mu of a normal is its coefficient of
+    restitution, soft in m/s by N s, 0 for rigid contacts.
     """
     for i in range(address.shape[0]):
         row = address[i]
         if row < 0 or geom[i, 0] < 0 or geom[i, 1] < 0:
             continue
         soft[row] = 0.0
+        mu[row] = restitution[geom[i, 0]] * restitution[geom[i, 1]]
         if compliance[geom[i, 0], 0] > 0.0 or compliance[geom[i, 1], 0] > 0.0:
             soft[row] = R[row]
         for k in range(1, dim[i]):
@@ -155,19 +157,20 @@ def contact_rows(geom, address, dim, friction, compliance, R, mu, soft):
 def set_goals(
     rows, kind, index, position, velocity, aref, base, loss, mu, soft, dof_joint, joint_type, joint_qpos,
     motors, targets, qpos, qvel, smooth, jacobian, ends, tree_dof, tree_dofs, bounds, shares, aux, erp,
-    timestep, goals,
+    slow, timestep, goals,
 ):  # fmt: skip
     """Write what each row asks for: change of velocity, least and largest impulse, impulse 0,
     compliance.
 
     A motor asks for v' = kp (q* - q) / dt + v + kd (v* - v) with v the velocity that forces alone lead to,
     limits and normals for at least their reference, friction for none, equalities for a share of their
-    position's error (nefc,) in a step. base: (nefc,) references of normals
-    without the correction for sliding. loss: (nefc,) bounds of motors. mu: (nefc,) coefficients of friction
-    rows. smooth: (nv,) accelerations by forces alone. soft: (nefc,) compliance of normals. jacobian: (n, nv)
-    of the rows listed. bounds: (neq, 2) largest forces of an equality's rows, the last three of a weld's
-    apart. shares: (neq,) of `erp`. aux: (neq,) dof whose velocity a gear follows, -1 for none. goals: (n, 6),
-    of which five columns are written.
+    position's error (nefc,) in a step. base: (nefc,) references of normals without the correction for
+    sliding, with bounces from the present velocity, in whose place comes the one that forces alone lead to.
+    slow: closing speed (m/s) below which nothing bounces. loss: (nefc,) bounds of motors. mu: (nefc,)
+    coefficients of friction rows, and of the restitution of normals. smooth: (nv,) accelerations by forces
+    alone. soft: (nefc,) compliance of normals. jacobian: (n, nv) of the rows listed. bounds: (neq, 2) largest
+    forces of an equality's rows, the last three of a weld's apart. shares: (neq,) of `erp`. aux: (neq,) dof
+    whose velocity a gear follows, -1 for none. goals: (n, 6), of which five columns are written.
     """
     for n in range(ends[4]):
         row = rows[n, 0]
@@ -183,6 +186,10 @@ def set_goals(
             low = high = mu[row]
         elif n >= ends[0]:
             goal = velocity[row] + timestep * base[row]
+            if speed < -slow:
+                goal -= mu[row] * speed
+            if velocity[row] < -slow:
+                goal += mu[row] * velocity[row]
         elif kind[row] == 3:
             goal = velocity[row] + timestep * aref[row]
             high = LARGEST_LIMIT_IMPULSE

@@ -106,18 +106,19 @@ def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # p
 
 
 @compiled(
-    "f8[:] i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:] f8 f8 f8 f8[:] f8[:] f8[:] f8[:] f8[:] f8[:] f8[:,:]"
+    "f8[:] i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:] f8 f8 f8 f8 f8[:] f8[:] f8[:] f8[:] f8[:] f8[:] f8[:,:]"
     " f8[:,:]"
 )
 def hard_contacts(  # pragma: no cover
-    restitution, geom, dim, address, dist, friction, velocity, timestep, erp, slow, base, aref, R, D,
+    restitution, geom, dim, address, dist, friction, velocity, timestep, erp, slop, slow, base, aref, R, D,
     margins, reaches, position, frame,
 ):  # fmt: skip
     """Write reference accelerations of rigid contacts, solved for the velocity after the step.
 
-    The normal velocity after the step is at least -dist / dt for a gap, -erp dist / dt for a penetration and
-    -e v for a bounce; sliding stops completely, as far as friction can. `base` receives the normal rows'
-    references before the correction for sliding (see `correct_sliding`), whose first estimate is made here.
+    The normal velocity after the step is at least -gap / dt for a gap, -erp gap / dt for a penetration, with
+    gap = dist + slop, and -e v more for a bounce; sliding stops completely, as far as friction can. `base`
+    receives the normal rows' references before the correction for sliding (see `correct_sliding`), whose
+    first estimate is made here.
     Regularisers R (and their inverses D) shrink, so that a body at rest has exactly its weight as normal
     force within three steps; MuJoCo bounds the impedance, and with it R, for time steps much larger than
     needed here.
@@ -139,10 +140,10 @@ def hard_contacts(  # pragma: no cover
             base[row] = aref[row] = NO_PUSH / timestep
             continue
         v = velocity[row]
-        wanted = -dist[i] / timestep if dist[i] > 0.0 else -erp * dist[i] / timestep
-        e = restitution[a] * restitution[b]
-        if e > 0.0 and v < -slow and dist[i] + v * timestep < 0.0:
-            wanted = max(wanted, -e * v)
+        gap = dist[i] + slop
+        wanted = -gap / timestep if gap > 0.0 else -erp * gap / timestep
+        if v < -slow:
+            wanted -= restitution[a] * restitution[b] * v
         base[row] = aref[row] = (wanted - v) / timestep
         for k in range(dim[i]):
             R[row + k] *= RIGIDITY
@@ -156,15 +157,15 @@ def hard_contacts(  # pragma: no cover
                 aref[row] -= friction[i, 0] * slip / timestep
 
 
-@compiled("f8[:,:] i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:] f8 f8 f8[:] f8[:] f8[:] f8[:]")
+@compiled("f8[:,:] i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:] f8 f8 f8 f8[:] f8[:] f8[:] f8[:]")
 def compliant_contacts(  # pragma: no cover
-    compliance, geom, dim, address, dist, friction, mu, timestep, erp, base, aref, R, D
+    compliance, geom, dim, address, dist, friction, mu, timestep, erp, slop, base, aref, R, D
 ):
     """Make rigid contacts of surfaces with a stiffness k and damping d implicit springs, as Bullet does.
 
-    Their normal velocity after the step is -dist k / (dt k + d) - f / (dt k + d) for a force f, in place of
-    -erp dist / dt. compliance: (ngeom, 2) stiffness (N/m) and damping (N s/m), stiffness 0 for a rigid
-    surface; the springs of a pair act in series, their damping adds. The cone's
+    Their normal velocity after the step is -gap k / (dt k + d) - f / (dt k + d) for a force f, in place of
+    -erp gap / dt, with gap = dist + slop. compliance: (ngeom, 2) stiffness (N/m) and damping (N s/m),
+    stiffness 0 for a rigid surface; the springs of a pair act in series, their damping adds. The cone's
     `mu` follows the ratio of its regularisers.
     """
     for i in range(geom.shape[0]):
@@ -182,8 +183,9 @@ def compliant_contacts(  # pragma: no cover
         D[row] = 1.0 / R[row]
         if dim[i] > 1:
             mu[i] = friction[i, 0] * np.sqrt(R[row + 1] / R[row])
-        if dist[i] < 0.0:
-            change = (erp - timestep * stiffness / total) * dist[i] / (timestep * timestep)
+        gap = dist[i] + slop
+        if gap < 0.0:
+            change = (erp - timestep * stiffness / total) * gap / (timestep * timestep)
             base[row] += change
             aref[row] += change
 

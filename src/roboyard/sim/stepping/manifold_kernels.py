@@ -5,8 +5,12 @@ from __future__ import annotations
 from roboyard.native import compiled
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
+SPHERE, BOX = 2, 6
+"""MuJoCo's types of these geoms."""
 MOST = 4
 """Most points of a pair."""
+AWAY = 1.0
+"""Distance (m) of contacts that do not count."""
 
 
 @compiled(
@@ -97,6 +101,41 @@ def keep_points(  # pragma: no cover
             pairs += 1
     ends[0] = pairs
     return found
+
+
+@compiled(CONTACTS, "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[:,:,::1] u1[::1]")
+def drop_gaps(  # pragma: no cover
+    contacts, contact_count, geom_type, geom_body, xpos, xmat, margins, boxes, compound
+):
+    """Move contacts away across whose gaps an impulse engine does not look.
+
+    It finds no points of two boxes or two spheres apart from each other, nor those of a compound's part
+    whose box, parallel to the world's axes, is apart from the other shape's.
+
+    margins: (ngeom,) as of `hard_contacts`. boxes: (ngeom, 4, 3) middles of the shapes' boxes and their half
+    axes in the frames of the bodies (m). compound: (ngeom,) 1 for the parts of compounds.
+    """
+    for i in range(contact_count):
+        a, b = contacts.geom[i, 0], contacts.geom[i, 1]
+        if a < 0 or b < 0 or contacts.dist[i] <= margins[a] + margins[b]:
+            continue
+        if geom_type[a] == geom_type[b] and (geom_type[a] == SPHERE or geom_type[a] == BOX):
+            contacts.dist[i] = AWAY
+        elif compound[a] == 1 or compound[b] == 1:
+            one, two = geom_body[a], geom_body[b]
+            for d in range(3):
+                apart = xpos[one, d] - xpos[two, d]
+                reach = 0.0
+                for k in range(3):
+                    apart += xmat[one, 3 * d + k] * boxes[a, 0, k] - xmat[two, 3 * d + k] * boxes[b, 0, k]
+                for axis in range(1, 4):
+                    first = second = 0.0
+                    for k in range(3):
+                        first += xmat[one, 3 * d + k] * boxes[a, axis, k]
+                        second += xmat[two, 3 * d + k] * boxes[b, axis, k]
+                    reach += abs(first) + abs(second)
+                if abs(apart) > reach:
+                    contacts.dist[i] = AWAY
 
 
 def copy_point(points, pair, m, others, other_pair, other_m):

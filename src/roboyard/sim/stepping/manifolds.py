@@ -89,6 +89,24 @@ class Manifolds:
         if self._bound is None:
             self._bind(model, data)
 
+    def drop_gaps(
+        self, model: Any, data: Any, found: StepRows, margins: Array, boxes: Array, compound: np.ndarray
+    ) -> None:
+        """Move contacts away across whose gaps the engine does not look, after mj_collision.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            found: the contacts, of which there are some.
+            margins: (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes.
+            boxes: (ngeom, 4, 3) boxes around the shapes; see the loop of this name.
+            compound: (ngeom,) whether they are parts of compounds.
+        """
+        kernels().drop_gaps(
+            *(found.contacts, found.counts[0], model.geom_type, model.geom_bodyid, data.xpos, data.xmat),
+            *(margins, boxes, compound),
+        )
+
     def update(self, model: Any, data: Any, found: StepRows, margins: Array, reaches: Array) -> bool:
         """Keep the points of the contacts found and add those of earlier steps, after mj_collision.
 

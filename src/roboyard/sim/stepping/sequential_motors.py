@@ -188,7 +188,7 @@ class SequentialMotors:
         rules[r.IS_PRODUCT], rules[r.IS_COMPLIANT] = profile.product_friction, surfaces.are_compliant
         rules[r.LIMITS_ARE_HARD], rules[r.CONTACTS_ARE_HARD] = profile.hard_contacts, world.hard_contacts
         rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
-        rules[r.IS_BOUNDED] = self._largest is not None
+        rules[r.IS_BOUNDED], rules[r.SLOP] = self._largest is not None, profile.contact_slop
         self._known = world.revision, timestep, profile, motors
 
 

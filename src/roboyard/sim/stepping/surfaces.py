@@ -36,10 +36,13 @@ class Surfaces:
         """Function that returns the (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes."""
         self.reaches_of: Callable[[], np.ndarray] | None = None
         """Function that returns the (ngeom,) gaps (m) from which on contacts do not push."""
+        self.boxes_of: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
+        """Function that returns (ngeom, 4, 3) boxes of shapes and (ngeom,) whether these are of compounds,
+        with which contacts across gaps follow `drop_gaps`."""
         self.soft: SoftBodies | None = None
         self._no_margins = self._no_reaches = np.zeros(0)
-        self._widths: tuple[int, tuple[np.ndarray, np.ndarray]] | None = None
-        """Revision of the world, and what `margins_and_reaches` returns in it."""
+        self._widths: tuple[int, tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
+        """Revision of the world, and what `margins_and_reaches` and `boxes` return in it."""
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
         self._drag: tuple[Any, ...] = ()
@@ -81,6 +84,7 @@ class Surfaces:
             rows: number of rows of constraints for which there is room.
         """
         margins, reaches = self.margins_and_reaches(model, data)
+        boxes, compound = self.boxes(model, data)
         assert self._restitution_rows is not None and self._damping_rows is not None
         return Surface(
             friction=self._friction,
@@ -89,6 +93,8 @@ class Surfaces:
             damping=self._damping_rows,
             margins=np.ascontiguousarray(margins),
             reaches=np.ascontiguousarray(reaches),
+            boxes=boxes,
+            compound=compound,
             base=self.normal_references(rows),
         )
 
@@ -100,8 +106,25 @@ class Surfaces:
                 self._look_up(model, data)
             margins = self.margins_of() if self.margins_of else self._no_margins
             reaches = self.reaches_of() if self.reaches_of else self._no_reaches
-            known = self._widths = revision, (margins, reaches)
+            boxes = self.boxes_of() if self.boxes_of else (np.zeros((0, 4, 3)), np.zeros(0, np.uint8))
+            known = self._widths = revision, (margins, reaches), boxes
         return known[1]
+
+    def boxes(self, model: Any, data: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return `boxes_of`: (ngeom, 4, 3) boxes and (ngeom,) whether they are parts; empty for none."""
+        self.margins_and_reaches(model, data)
+        assert self._widths is not None
+        return self._widths[2]
+
+    def shift_contacts(self, model: Any, data: Any) -> None:
+        """Move contacts that are not solved from MuJoCo's shapes to the surfaces, as steps do."""
+        margins, _ = self.margins_and_reaches(model, data)
+        if not margins.any():
+            return
+        contact = data.contact
+        first, second = (np.where(g >= 0, margins[g], 0.0) for g in contact.geom.T)
+        contact.dist[:] -= first + second
+        contact.pos[:] += (0.5 * (first - second))[:, None] * contact.frame[:, :3]
 
     def restitution(self, link: Link) -> float:
         """Return the coefficient of restitution of a link; 0 where none was set."""
@@ -242,13 +265,14 @@ class Surfaces:
                 self._base, self._acceleration = np.zeros(2 * rows), np.zeros(2 * rows)
             kernels().hard_contacts(
                 *(restitution, geom, dim, address, contact.dist, friction, velocity),
-                *(timestep, profile.contact_erp, profile.slow, self._base, reference, *weights),
+                *(timestep, profile.contact_erp, profile.contact_slop, profile.slow),
+                *(self._base, reference, *weights),
                 *(margins, reaches, contact.pos, contact.frame),
             )
             if self._compliance:
                 kernels().compliant_contacts(
                     *(compliance, geom, dim, address, contact.dist, friction, contact.mu),
-                    *(timestep, profile.contact_erp, self._base, reference, *weights),
+                    *(timestep, profile.contact_erp, profile.contact_slop, self._base, reference, *weights),
                 )
             if alone:
                 return

@@ -310,11 +310,19 @@ class Stepping:
         """Find the rows that MuJoCo has made, again where points of earlier steps are added."""
         if not found.look()[0]:
             self.manifolds.forget()
-        elif self.manifolds.update(model, data, found, *self.surfaces.margins_and_reaches(model, data)):
+        elif self._update_points(model, data, found):
             mujoco.mj_makeConstraint(model, data)
             self._complete_rows(model, data, found)
         if self._windows.is_active:
             self._windows.correct_contacts(data)
+
+    def _update_points(self, model: Any, data: Any, found: StepRows) -> bool:
+        """Drop contacts that do not count, keep points; return whether some of earlier steps were added."""
+        margins, reaches = self.surfaces.margins_and_reaches(model, data)
+        boxes, compound = self.surfaces.boxes(model, data)
+        if len(boxes):
+            self.manifolds.drop_gaps(model, data, found, margins, boxes, compound)
+        return self.manifolds.update(model, data, found, margins, reaches)
 
     def _complete_rows(self, model: Any, data: Any, found: StepRows) -> None:
         """Make the rest of MuJoCo's arrays of constraints after its rows."""
@@ -343,7 +351,8 @@ class Stepping:
             self._compiled = self._look_up(model, data)
         found = self._compiled[1]
         if found.look()[0]:
-            self.manifolds.update(model, data, found, *self.surfaces.margins_and_reaches(model, data))
+            self._update_points(model, data, found)
+            self.surfaces.shift_contacts(model, data)
         else:
             self.manifolds.forget()
         if self._windows.is_active:

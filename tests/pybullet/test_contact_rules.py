@@ -1,0 +1,100 @@
+"""When contacts begin, how deep bodies rest and how hulls are rounded; the numbers are PyBullet 3.2.7's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roboyard.pybullet as p
+
+CYLINDER = """<robot name="c"><link name="l"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>
+<cylinder radius="0.17775" length="0.1143"/></geometry></collision></link></robot>"""
+TURN = (1.5, 0.76, 0.0)
+
+
+def _ground() -> int:
+    p.setGravity(0, 0, -9.81)
+    block = p.createCollisionShape(p.GEOM_BOX, halfExtents=[1, 1, 0.5])
+    return p.createMultiBody(0, block, basePosition=[0, 0, -0.5])
+
+
+def _box(half: float, height: float, turn: tuple[float, float, float] = (0, 0, 0)) -> int:
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[half] * 3)
+    return p.createMultiBody(1, shape, -1, [0, 0, height], p.getQuaternionFromEuler(turn))
+
+
+def test_a_box_at_rest_settles_ten_micrometres_deep(client: int) -> None:
+    p.setTimeStep(1 / 500)
+    _ground()
+    box = _box(0.02, 0.02)
+    forces = []
+    for _ in range(4):
+        p.stepSimulation()
+        forces.append(sum(point[9] for point in p.getContactPoints(box)))
+    np.testing.assert_allclose(forces, (7.312674, 12.293512, 9.808731, 9.814782), rtol=0.002)
+    assert p.getBasePositionAndOrientation(box)[0][2] == pytest.approx(0.01999, abs=1e-6)
+
+
+def test_a_ball_bounces_from_the_velocity_that_gravity_leads_to(client: int) -> None:
+    ground = _ground()
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), basePosition=[0, 0, 0.6])
+    for body in (ground, ball):
+        p.changeDynamics(body, -1, restitution=0.9)
+    heights = []
+    for step in range(240):
+        p.stepSimulation()
+        if step % 40 == 39:
+            heights.append(p.getBasePositionAndOrientation(ball)[0][2])
+    wanted = (0.460891, 0.126582, 0.410275, 0.4191, 0.157303, 0.312392)
+    np.testing.assert_allclose(heights, wanted, atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("offset", "wanted"),
+    [
+        (0.0, [(0.000742, 432.931, -0.180563), (-1e-05, 53.137, 0.0), (-1e-05, 9.81, 0.0)]),
+        (0.02, [(-0.004562, 525.936, 0.087392), (-0.004198, 8.136, 0.0804), (-0.003863, 8.27, 0.073968)]),
+    ],
+)
+def test_a_part_of_a_compound_is_stopped_once_it_touches(
+    client: int, offset: float, wanted: list[tuple[float, float, float]]
+) -> None:
+    """A ball at the middle of its body is stopped before, one beside it is a compound."""
+    _ground()
+    shape = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1, collisionFramePosition=[0, 0, offset])
+    ball = p.createMultiBody(1, shape, basePosition=[0, 0, 0.3])
+    seen = []
+    for _ in range(70):
+        p.stepSimulation()
+        for point in p.getContactPoints(ball)[:1]:
+            seen.append((point[8], point[9], p.getBaseVelocity(ball)[0][2]))
+    np.testing.assert_allclose(seen[:3], wanted, rtol=1e-4, atol=2e-6)
+
+
+def test_boxes_touch_where_they_overlap(client: int) -> None:
+    _ground()
+    box = _box(0.05, 0.25, (0.3, 0.2, 0))
+    wanted = {
+        60: (-0.00709, 0.00825, 0.04962, -0.00097, -0.00267, -0.05085, 0.9987),
+        80: (-0.00816, 0.00969, 0.04992, -0.00021, -0.00049, -0.06326, 0.998),
+        120: (-0.00811, 0.00967, 0.04999, -3e-05, 0.0, -0.06326, 0.998),
+    }
+    for step in range(1, 121):
+        p.stepSimulation()
+        if step in wanted:
+            position, orientation = p.getBasePositionAndOrientation(box)
+            np.testing.assert_allclose((*position, *orientation), wanted[step], atol=3e-5)
+
+
+def test_the_corners_of_hulls_are_rounded_to_a_grid(client: int, tmp_path: Path) -> None:
+    """The lowest corner of the exact prism is 44 micrometres deeper."""
+    (tmp_path / "c.urdf").write_text(CYLINDER, encoding="utf-8")
+    ground = _ground()
+    body = p.loadURDF(str(tmp_path / "c.urdf"), [0, 0, 0.17775], p.getQuaternionFromEuler(TURN))
+    p.performCollisionDetection()
+    (contact,) = p.getContactPoints(body)
+    assert contact[8] == pytest.approx(-0.00360041, abs=2e-7)
+    assert p.getClosestPoints(body, ground, 0.1)[0][8] == pytest.approx(-0.00360041, abs=2e-7)
