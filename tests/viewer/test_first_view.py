@@ -6,6 +6,7 @@ import math
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -143,3 +144,22 @@ def test_no_wall_is_between_the_camera_of_a_drive_and_the_robot() -> None:
         hit = world.ray(start, moved)
     assert hit is None
     assert moved[0] > wall.bounds[1, 0]
+
+
+def test_a_page_that_lost_its_view_while_it_opened_gets_it_again(browser: Any) -> None:
+    """It begins with the view for any page, and reports that view again, for example once its panel docks."""
+    pytest.importorskip("viser")
+    from roboyard.viewer import Viewer
+
+    with Viewer(world_of("rover"), port=0, quiet=True) as viewer:
+        page = browser(viewer)
+        is_view = lambda m: m["type"] == "SetCameraPositionMessage" and not m["initial"]  # noqa: E731
+        first = page.listen(is_view)
+        begin = viewer.server.initial_camera
+        page.look_from(tuple(map(float, begin.position)), tuple(map(float, begin.look_at)))
+        again = page.listen(is_view)
+        np.testing.assert_allclose(again["position"], first["position"])
+        page.look_from((9.0, 9.0, 9.0))  # moved by a person: stays
+        page.look_from((9.0, 9.0, 8.0))
+        with pytest.raises(pytest.fail.Exception):
+            page.listen(is_view, 1.0)

@@ -45,7 +45,7 @@ class FirstView:
         self._aimed: dict[int, tuple[Array, Array, float]] = {}
         """Client to the position, target and ratio of width to height of its last aimed view."""
         self._before: dict[int, tuple[Array, Array, float]] = {}
-        """Client to the aimed view before that one."""
+        """Client to the aimed view before that one, at first the view with which the page opened."""
         self._lock = threading.RLock()
         server.initial_camera.fov = FOVY
         server.initial_camera.position, server.initial_camera.look_at = self.viewpoint(ASPECT)
@@ -129,6 +129,8 @@ class FirstView:
             self._released = True
 
     async def _on_connect(self, client: Any) -> None:
+        first = self._server.initial_camera  # with which a page begins
+        self._before[client.client_id] = np.array(first.position), np.array(first.look_at), ASPECT
         self._send(client)
 
         @client.camera.on_update
