@@ -330,7 +330,7 @@ def test_a_body_is_dragged_and_released(watched: Any, wait: Any) -> None:
     drag("update", name, (1, 1, 0.6))
     wait(lambda: window._dragging._held is not None)
     drag("update", name, (float("nan"), 1, 0.6))
-    end = time.monotonic() + 10
+    end = time.monotonic() + 60
     while time.monotonic() < end:
         p.stepSimulation()
         time.sleep(0.001)
@@ -354,13 +354,14 @@ def test_a_body_is_dragged_and_released(watched: Any, wait: Any) -> None:
 def test_real_time_simulation_runs_in_the_background(window: Any, wait: Any) -> None:
     p.setGravity(0, 0, -10)
     body = box(5.0)
-    p.setRealTimeSimulation(1)
     start = time.monotonic()
+    p.setRealTimeSimulation(1)
     wait(lambda: p.getBasePositionAndOrientation(body)[0][2] < 4.6)
     assert time.monotonic() - start > 0.2  # 0.4 m take 0.28 s
-    p.setRealTimeSimulation(0)
-    time.sleep(0.02)
-    height = p.getBasePositionAndOrientation(body)[0][2]
+    with CLIENTS[0].lock:
+        time.sleep(0.05)  # the clock waits for its turn to step
+        p.setRealTimeSimulation(0)
+        height = p.getBasePositionAndOrientation(body)[0][2]
     time.sleep(0.1)
     assert p.getBasePositionAndOrientation(body)[0][2] == height
 

@@ -96,6 +96,8 @@ def _in_turn(
         if is_step and client.window is not None:
             client.window.before_step()
         with client.lock:
+            if is_step and not client._clock.may_step():
+                return None
             client.depth += 1
             try:
                 answer = function(client, *args, **options)

@@ -14,6 +14,8 @@ log = logging.getLogger(__name__)
 
 MAX_DELAY = 0.1
 """Largest delay behind real time that is caught up (s)."""
+NAME = "roboyard-clock"
+"""Name of the thread."""
 POLL_PERIOD = 0.002
 """Time between two checks of the clock (s)."""
 
@@ -31,13 +33,16 @@ class Clock:
         """Start, or stop after the current step."""
         if running and self._thread is None:
             self._leave = threading.Event()
-            self._thread = threading.Thread(
-                target=self._tick, args=(self._leave,), name="roboyard-clock", daemon=True
-            )
+            self._thread = threading.Thread(target=self._tick, args=(self._leave,), name=NAME, daemon=True)
             self._thread.start()
         elif not running:
             self._leave.set()
             self._thread = None
+
+    def may_step(self) -> bool:
+        """Return False in the thread of a clock that was stopped while it waited for its turn."""
+        thread = threading.current_thread()
+        return thread.name != NAME or thread is self._thread
 
     def close(self) -> None:
         """Stop, and wait for the thread."""
