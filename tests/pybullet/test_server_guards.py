@@ -183,7 +183,7 @@ def test_stray_datagrams_end_no_session_and_leave_nothing(capsys: pytest.Capture
         assert sum(len(s.body) + len(s.arrived) for s in protocol.sessions.values()) < 10_000
         before = len(protocol.sessions)
         channel.close()
-        deadline = time.monotonic() + 5
+        deadline = time.monotonic() + 60
         while len(protocol.sessions) == before and time.monotonic() < deadline:
             time.sleep(0.01)
         return before - len(protocol.sessions)

@@ -121,6 +121,6 @@ def test_objects_in_a_drawer_move_with_it() -> None:
 
 
 def test_an_idle_flat_steps_far_faster_than_real_time(flat: Scene) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     flat.world.step(1200)
-    assert time.perf_counter() - start < 1.0, "5 s of an idle flat; twenty times faster on a quiet machine"
+    assert time.process_time() - start < 1.0, "5 s of an idle flat; twenty times faster on a quiet machine"

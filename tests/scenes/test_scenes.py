@@ -124,6 +124,6 @@ def test_unknown_bodies_list_the_nearest() -> None:
 def test_an_idle_table_steps_far_faster_than_real_time() -> None:
     scene = tabletop()
     scene.world.step(960)
-    start = time.perf_counter()
+    start = time.process_time()
     scene.world.step(1200)
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0

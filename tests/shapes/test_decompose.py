@@ -168,7 +168,7 @@ def worker_that(tmp_path, body: str):
 def test_failing_coacd_falls_back_to_the_splitter(tmp_path, monkeypatch, body, said):
     monkeypatch.setattr(coacd_process, "is_installed", lambda: True)
     monkeypatch.setattr(coacd_process, "run_coacd", worker_that(tmp_path, body))
-    made = decompose(ELL, "coacd", time_limit=0.5 if "sleep" in body else 20.0)
+    made = decompose(ELL, "coacd", time_limit=0.5 if "sleep" in body else 300.0)
     assert made.method_used == "split"
     assert len(made.hulls) == 2
     assert any(said in note for note in made.notes)
@@ -185,7 +185,7 @@ def test_without_coacd_the_splitter_runs_with_a_note(monkeypatch):
 
 def test_coacd_in_its_own_process():
     pytest.importorskip("coacd")
-    made = decompose(ELL, "coacd", hull_count=4)
+    made = decompose(ELL, "coacd", hull_count=4, time_limit=300.0)
     assert made.method_used == "coacd"
     assert 2 <= len(made.hulls) <= 4
     assert made.excess < 0.3
@@ -212,8 +212,8 @@ def test_meshes_share_one_total_limit(tmp_path, monkeypatch):
     monkeypatch.setattr(coacd_process, "run_coacd", worker_that(tmp_path, "import time; time.sleep(60)"))
     began = time.monotonic()
     meshes = [boxes([[0, 0, 0], [k, 0.1, 0.1]], [[0, 0.1, 0], [0.1, k, 0.1]]) for k in (0.3, 0.4, 0.5, 0.6)]
-    made = decompose_many(meshes, "coacd", workers=2, time_limit=5.0, total_limit=0.5)
-    assert time.monotonic() - began < 5.0
+    made = decompose_many(meshes, "coacd", workers=2, time_limit=50.0, total_limit=0.5)
+    assert time.monotonic() - began < 40.0
     assert [m.method_used for m in made] == ["split"] * 4
     assert any("no time was left" in note for m in made for note in m.notes)
 

@@ -30,6 +30,29 @@ FLAGS = (
 TRACK = "[...document.querySelectorAll('[class*=Slider-track]')].find(e => e.getClientRects().length)"
 """JavaScript for the first slider that is not in a closed folder."""
 
+AT_REST = """(() => {
+  const find = () => %s, x = %f, y = %f, began = performance.now();
+  const at = () => {
+    const box = find()?.getBoundingClientRect();
+    return box?.width ? [box.x + x * box.width, box.y + y * box.height] : null;
+  };
+  const isDocked = () => window.__viserMutable?.canvas?.clientWidth < innerWidth - 100;
+  const first = at();
+  let frames = 0;
+  return new Promise(resolve => {
+    const look = () => {
+      const now = at();
+      if (!first || !now || first[0] !== now[0] || first[1] !== now[1] || !isDocked()) return resolve(null);
+      frames += 1;
+      if (frames < 5 || performance.now() - began < 400) return requestAnimationFrame(look);
+      const element = find(), hit = document.elementFromPoint(...now);
+      resolve(hit && (element.contains(hit) || hit.contains(element)) ? now : null);
+    };
+    requestAnimationFrame(look);
+  });
+})()"""
+"""JavaScript for a point of an element after 0.4 s and five frames in which it did not move."""
+
 
 def slider(name: str) -> str:
     """Return JavaScript for the slider whose name begins so; the order of sliders on a page is not fixed."""
@@ -67,7 +90,7 @@ class Page:
         )
         atexit.register(self._process.terminate)  # also where a test fails before it can close the page
         port = self._debugging_port(profile / "DevToolsActivePort")
-        with urllib.request.urlopen(f"http://127.0.0.1:{port}/json", timeout=10) as answer:
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/json", timeout=60) as answer:
             tabs = json.load(answer)
         address = next(tab["webSocketDebuggerUrl"] for tab in tabs if tab["type"] == "page")
         self._socket = connect(address, max_size=None)
@@ -76,7 +99,7 @@ class Page:
         self._call("Page.navigate", url=url)
 
     def _debugging_port(self, file: Path) -> int:
-        end = time.monotonic() + 30
+        end = time.monotonic() + 60
         while time.monotonic() < end:
             words = file.read_text().split() if file.exists() else []
             if words:
@@ -96,13 +119,22 @@ class Page:
         """Return the value of a JavaScript expression."""
         return self._call("Runtime.evaluate", expression=script, returnByValue=True)["result"].get("value")
 
-    def place_at_rest(self, element: str) -> tuple[float, float] | None:
-        """Return where an element is that stays there; None: it moves, or the panel is not docked yet."""
-        before = self.place_of(element)
-        if not self.evaluate("window.__viserMutable?.canvas?.clientWidth < innerWidth - 100"):
-            return None  # docking moves everything over the scene
-        time.sleep(0.6)
-        return before if before == self.place_of(element) else None
+    def place_at_rest(self, element: str, x: float = 0.5, y: float = 0.5) -> tuple[float, float] | None:
+        """Return a point of an element that stays there, for a click.
+
+        None: it moves, something lies over it, or the panel is not docked yet, which moves everything.
+        """
+        if self.place_of(element) is None:
+            return None
+        return self._call(
+            "Runtime.evaluate", expression=AT_REST % (element, x, y), returnByValue=True, awaitPromise=True
+        )["result"].get("value")
+
+    def click_on(
+        self, element: str, x: float = 0.5, y: float = 0.5, *, tick: Callable[[], None] | None = None
+    ) -> None:
+        """Click on a point of an element once it stays where it is; run `tick` until then."""
+        self.click(*until(lambda: self.place_at_rest(element, x, y), tick=tick))
 
     def choose_quality(self, name: str) -> bool:
         """Choose the quality of the picture; return whether the bar was there, with a quality of its own."""

@@ -51,7 +51,7 @@ class FakeBrowser:
 
         self.socket.send(msgspec.msgpack.encode(message))
 
-    def listen(self, until: Callable[[dict[str, Any]], bool], seconds: float = 10.0) -> dict[str, Any]:
+    def listen(self, until: Callable[[dict[str, Any]], bool], seconds: float = 60.0) -> dict[str, Any]:
         """Return the first message that matches; fails the test if there is none in time."""
         import msgspec
         import zstandard
@@ -92,7 +92,7 @@ def browser() -> Iterator[Callable[..., FakeBrowser]]:
 def wait() -> Callable[..., None]:
     """Wait until a condition is true; fails the test if it takes too long."""
 
-    def wait_until(so: Callable[[], object], seconds: float = 10.0) -> None:
+    def wait_until(so: Callable[[], object], seconds: float = 60.0) -> None:
         end = time.monotonic() + seconds
         while not so():
             if time.monotonic() > end:

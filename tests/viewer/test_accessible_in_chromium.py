@@ -88,7 +88,7 @@ def test_pages_follow_the_dark_mode_and_labels_stand_out(opened: tuple[Inspector
         inspector.tick(0.02)
 
     until(lambda: page.place_of(page.with_text("Move")), tick=tick)
-    assert page.picture()[400:, -60:].mean() > 200
+    until(lambda: page.picture()[400:, -60:].mean() > 200, tick=tick)
     until(lambda: contrast(page) > 7.0, tick=tick)  # viser's own labels have 3.3
     page._call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
     until(lambda: page.picture()[400:, -60:].mean() < 80, tick=tick)

@@ -37,7 +37,20 @@ def bar(kind: str) -> str:
 
 
 def press(page: chromium.Page, kind: str) -> None:
-    page.click(*until(lambda: page.place_at_rest(bar(kind))))
+    page.click_on(bar(kind))
+
+
+def wait_until_still(value: Callable[[], Any]) -> Any:
+    """Return a value once it has stayed the same for half a second."""
+    seen: list[Any] = [None]
+
+    def is_still() -> bool:
+        seen.append(value())
+        time.sleep(0.5)
+        return bool(seen[-1] == value())
+
+    until(is_still)
+    return seen[-1]
 
 
 def choose(page: chromium.Page, kind: str, value: str) -> None:
@@ -94,9 +107,7 @@ def test_a_script_is_paused_stepped_slowed_and_reset(browse: Any) -> None:
         assert page.evaluate(f"{bar('play')}.getAttribute('aria-label')") == "Pause"
         press(page, "play")
         until(lambda: page.evaluate(f"{bar('play')}.getAttribute('aria-label')") == "Play")
-        held = world.time
-        time.sleep(0.5)
-        assert world.time == held
+        held = wait_until_still(lambda: world.time)
         for count in (1, 2):
             press(page, "step")
             until(lambda count=count: world.time == pytest.approx(held + count * world.timestep))
@@ -107,9 +118,16 @@ def test_a_script_is_paused_stepped_slowed_and_reset(browse: Any) -> None:
         choose(page, "speed", "0.25")
         press(page, "play")
         until(lambda: world.time > 0.1)
-        start, wall = world.time, time.monotonic()
-        time.sleep(2.0)
-        assert (world.time - start) / (time.monotonic() - wall) == pytest.approx(0.25, abs=0.05)
+        paces: list[float] = []
+
+        def is_paced() -> bool:
+            start, wall = world.time, time.monotonic()
+            time.sleep(1.0)
+            paces.append((world.time - start) / (time.monotonic() - wall))
+            return paces[-1] == pytest.approx(0.25, abs=0.05)
+
+        until(is_paced)
+        assert max(paces) < 0.35  # slower only where the machine is, and what it missed is not made up
         until(lambda: page.evaluate(f"{bar('time')}.textContent").endswith(("0.24×", "0.25×", "0.26×")))
 
         camera = next(iter(viewer.server.get_clients().values())).camera
@@ -126,9 +144,12 @@ def test_a_script_is_paused_stepped_slowed_and_reset(browse: Any) -> None:
 
         press(page, "forces")
         until(lambda: viewer.server.scene.get_handle_by_name("/roboyard contact forces"), 60)
-        arrows = viewer.server.scene.get_handle_by_name("/roboyard contact forces").points
-        lift = (arrows[:, 1, 2] - arrows[:, 0, 2]).sum()
-        assert lift == pytest.approx(0.3, rel=0.2)  # together the cube's weight: 0.3 m
+
+        def lift() -> float:
+            arrows = viewer.server.scene.get_handle_by_name("/roboyard contact forces").points
+            return float((arrows[:, 1, 2] - arrows[:, 0, 2]).sum())
+
+        until(lambda: lift() == pytest.approx(0.3, rel=0.2))  # together the cube's weight: 0.3 m
         press(page, "forces")
         until(lambda: not viewer.server.scene.get_handle_by_name("/roboyard contact forces"))
 
@@ -233,10 +254,7 @@ def test_pybullet_scripts_are_paused_and_reset(monkeypatch: pytest.MonkeyPatch, 
         thread.start()
         press(page, "play")
         until(lambda: not window.gate.playing)
-        time.sleep(0.3)
-        held = len(steps)
-        time.sleep(0.5)
-        assert len(steps) == held
+        held = wait_until_still(lambda: len(steps))
         press(page, "step")
         until(lambda: len(steps) == held + 1)
         assert p.getBasePositionAndOrientation(ball)[0][2] < 100
@@ -295,10 +313,15 @@ def test_where_a_processor_draws_a_picture_at_rest_gets_all_pixels(browse: Any) 
         assert page.evaluate(f"{context}.getContextAttributes().antialias") is False
         pixels = "(c => c.width / c.clientWidth)(window.__viserMutable.canvas)"
         turn = "window.__viserMutable.cameraControl.rotate({}, 0, false)"
+        watch = (  # the size of the picture changes for less than a second
+            f"(c => {{ window.__ratios = []; new MutationObserver(() => window.__ratios.push({pixels}))"
+            ".observe(c, {attributes: true}); })(window.__viserMutable.canvas)"
+        )
         until(lambda: page.evaluate(pixels) == pytest.approx(1.0, abs=0.01))
         before = page.picture()
+        page.evaluate(watch)
         page.evaluate(turn.format(0.5))
-        until(lambda: page.evaluate(pixels) == pytest.approx(0.5, abs=0.01))
+        until(lambda: any(abs(ratio - 0.5) < 0.01 for ratio in page.evaluate("window.__ratios")))
         until(lambda: page.evaluate(pixels) == pytest.approx(1.0, abs=0.01))
         assert np.abs(page.picture() - before).mean() > 0.5
         choose(page, "quality", "normal")

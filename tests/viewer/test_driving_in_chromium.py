@@ -170,7 +170,7 @@ def test_the_page_shows_the_driven_robot_through_walls(tmp_path: Path) -> None:
         with client.atomic():
             client.camera.position, client.camera.look_at = place + np.array([0.0, -4.5, 1.0]), place
         until(lambda: "walls" in page.evaluate(FADED), tick=tick)
-        page.click(*until(lambda: page.place_of(page.with_text("see through walls")), tick=tick))
+        page.click_on(page.with_text("see through walls"), tick=tick)
         until(lambda: not drive.panel.sees_through, tick=tick)
         until(lambda: page.evaluate(FADED) == [], tick=tick)
     finally:

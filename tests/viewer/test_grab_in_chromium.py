@@ -107,7 +107,7 @@ def test_a_cube_is_lifted_and_falls(tmp_path: Path) -> None:
         until(lambda: script.cube.position[2] < 0.11)
         mouse.drag(script.cube.position, (0, -250), script.viewer.grab)
         until(lambda: script.cube.position[2] > 0.125)
-        assert script.viewer.server.scene.get_handle_by_name("/roboyard pull") is not None
+        until(lambda: script.viewer.server.scene.get_handle_by_name("/roboyard pull"))
         mouse.release()
         until(lambda: script.cube.position[2] < 0.11)
         until(lambda: not script.viewer.server.scene.get_handle_by_name("/roboyard pull"))

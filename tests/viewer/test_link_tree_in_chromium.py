@@ -65,22 +65,29 @@ def share(page: chromium.Page, channel: int) -> float:
 
 
 def click_row(page: chromium.Page, name: str, inner: str = ".name") -> None:
-    place = page.place_of(f"{ROW.format(name)}?.querySelector({inner!r})")
-    assert place is not None
-    page.click(*place)
+    page.click_on(f"{ROW.format(name)}?.querySelector({inner!r})")
+
+
+def switch(page: chromium.Page, name: str, layer: int, tick: Callable[[], None]) -> None:
+    """Click on the button of a layer of a link, and wait until the tree shows it switched."""
+    button = f"button[data-layer='{layer}']"
+    pressed = f"{ROW.format(name)}?.querySelector({button!r})?.ariaPressed"
+    before = page.evaluate(pressed)
+    click_row(page, name, button)
+    until(lambda: page.evaluate(pressed) != before, tick=tick)
 
 
 def test_eyes_and_opacity_change_the_picture(opened: Opened) -> None:
     _, page, tick = opened
     red, green = share(page, 0), share(page, 1)
-    click_row(page, "palm", "button[data-layer='0']")
+    switch(page, "palm", 0, tick)
     until(lambda: share(page, 0) < 0.8 * red, tick=tick)  # the palm is hidden, the fingers are not
     assert share(page, 0) > 0.1 * red
-    click_row(page, "palm", "button[data-layer='1']")  # its collision shape, where the mesh was
+    switch(page, "palm", 1, tick)  # its collision shape, where the mesh was
     until(lambda: share(page, 1) > green + 0.001, tick=tick)
-    click_row(page, "palm", "button[data-layer='1']")
+    switch(page, "palm", 1, tick)
     until(lambda: share(page, 1) < green + 0.0005, tick=tick)
-    click_row(page, "palm", "button[data-layer='0']")
+    switch(page, "palm", 0, tick)
     until(lambda: share(page, 0) > 0.95 * red, tick=tick)
     # the palm almost transparent, by keys
     click_row(page, "palm")
@@ -137,7 +144,7 @@ def test_keys_walk_through_the_tree_and_every_button_has_a_name(opened: Opened) 
 
 def test_a_second_page_and_a_reloaded_one_show_the_same_tree(opened: Opened, tmp_path: Path) -> None:
     inspector, page, tick = opened
-    click_row(page, "left", "button[data-layer='0']")
+    switch(page, "left", 0, tick)
     until(lambda: "left" not in inspector.panels.visuals.shown, tick=tick)
     click_row(page, "right")
     pressed = f"{ROW.format('left')}?.querySelector('button').ariaPressed"

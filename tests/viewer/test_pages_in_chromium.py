@@ -75,7 +75,7 @@ def test_keys_and_joysticks_of_a_page_drive_the_robot(driving: tuple[DrivingPage
     until(drive.tick, lambda: not drive.keys.held)
 
     stick = "document.querySelector('[data-stick=drive]')"
-    there = until(drive.tick, lambda: page.place_of(stick, y=0.15))
+    there = until(drive.tick, lambda: page.place_at_rest(stick, y=0.15))
     seen = page.evaluate("JSON.stringify(window.__viserMutable.cameraControl.getTarget(undefined))")
     page._call(
         "Input.dispatchMouseEvent", type="mousePressed", x=there[0], y=there[1], button="left", clickCount=1
@@ -116,8 +116,7 @@ def test_an_edit_on_the_page_is_in_the_file(gripper: Path, tmp_path: Path) -> No
     page = chromium.Page(inspector.viewer.url, tmp_path / "profile", size=(1280, 900))
 
     def click(text: str) -> None:
-        place = until(inspector.tick, lambda: page.place_of(page.with_text(text)))
-        page.click(*place)
+        page.click(*until(inspector.tick, lambda: page.place_at_rest(page.with_text(text))))
 
     try:
         until(inspector.tick, lambda: inspector.viewer.watchers == 1)
@@ -138,8 +137,7 @@ def test_an_edit_on_the_page_is_in_the_file(gripper: Path, tmp_path: Path) -> No
             raise
         click("Edit")
         field = "[...document.querySelectorAll('input')].find(e => /^0[.]30*$/.test(e.value))"
-        until(inspector.tick, lambda: page.place_of(field))
-        page.click(*page.place_of(field))
+        page.click(*until(inspector.tick, lambda: page.place_at_rest(field)))
         page.evaluate(f"({field}).select()")
         page._call("Input.insertText", text="0.25")
         until(inspector.tick, lambda: inspector.panels.edits.sensors[0].position[2] == 0.25)
@@ -173,6 +171,9 @@ def test_every_switch_changes_the_picture(gripper: Path, tmp_path: Path) -> None
         until(inspector.tick, same)
         return last[-1]
 
+    def click(label: str) -> None:
+        page.click(*until(inspector.tick, lambda: page.place_at_rest(page.with_text(label))))
+
     def changed(before: np.ndarray) -> float:
         """Return the fraction of the scene that changed."""
         return float((np.abs(page.picture()[60:, :500] - before).max(axis=2) > 25).mean())
@@ -187,12 +188,12 @@ def test_every_switch_changes_the_picture(gripper: Path, tmp_path: Path) -> None
         until(inspector.tick, lambda: page.choose_quality("normal"))  # thin lines in full resolution
         for label, box in inspector.switches.items():
             before, was = still(), bool(box.value)
-            page.click(*page.place_of(page.with_text(label)))
+            click(label)
             until(inspector.tick, lambda box=box, was=was: box.value != was)
-            until(inspector.tick, lambda before=before: changed(before) > 1e-4, 20)
+            until(inspector.tick, lambda before=before: changed(before) > 1e-4)
             if label == "visual meshes":
                 continue  # they stay hidden: they would cover the contacts
-            page.click(*page.place_of(page.with_text(label)))
+            click(label)
             until(inspector.tick, lambda box=box, was=was: box.value == was)
     finally:
         page.close()

@@ -117,10 +117,7 @@ def test_a_robot_is_shown_moved_and_drawn_on(window: Any, browse: Any, pendulum:
     run_until(lambda: window._viewer.watchers == 1)
     run_until(lambda: share(page, 0) > 0.005)  # the robot, by its pixels
 
-    track = chromium.TRACK
-    place = run_until(lambda: page.place_of(track, x=0.75))
-    run_until(lambda: page.place_of(track, x=0.75) == place)
-    page.click(*page.place_of(track, x=0.75))
+    page.click_on(chromium.TRACK, x=0.75, tick=p.stepSimulation)
     run_until(lambda: p.getJointState(body, 0)[0] > 0.8, follow_slider)
     assert p.getJointState(body, 0)[0] == pytest.approx(1.0, abs=0.3)
 

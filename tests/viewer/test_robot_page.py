@@ -22,6 +22,7 @@ from roboyard.reports.robot_page import robot_page
 
 sys.path.insert(0, str(Path(__file__).parent))
 import chromium
+from chromium import until
 
 MIMIC = """
 <robot name="&lt;/script&gt;&lt;b&gt;">
@@ -99,9 +100,7 @@ def test_joints_and_layers_work_in_a_browser(tmp_path: Path, robot: str) -> None
     out.write_text(robot_page(description), encoding="utf-8")
     page = chromium.Page(out.as_uri(), tmp_path / "profile", (1000, 700))
     try:
-        end = time.monotonic() + 40
-        while not page.evaluate("document.body?.dataset.ready") and time.monotonic() < end:
-            time.sleep(0.1)
+        until(lambda: page.evaluate("document.body?.dataset.ready"))
         positions = {}
         for joint in contents(out.read_text(encoding="utf-8"))[0]["joints"]:
             if "range" in joint and "mimic" not in joint:
@@ -117,20 +116,29 @@ def test_joints_and_layers_work_in_a_browser(tmp_path: Path, robot: str) -> None
         for name, frame in forward_kinematics(description, positions).items():
             np.testing.assert_allclose(np.reshape(shown[name], (4, 4)).T, frame, atol=1e-9)
 
-        def shape(layer: str) -> np.ndarray:
-            page.evaluate(f"document.querySelector('[data-layer={layer}]').click()")
-            time.sleep(0.8)
+        def scene() -> np.ndarray:
             return page.picture()[:, :600]
 
-        time.sleep(0.8)
-        before = page.picture()[:, :600]
+        seen: list[np.ndarray] = []
+
+        def is_still() -> bool:
+            seen.append(scene())
+            time.sleep(0.8)
+            return np.array_equal(seen[-1], scene())
+
+        def click(layer: str) -> None:
+            page.evaluate(f"document.querySelector('[data-layer={layer}]').click()")
+
+        until(is_still)
+        before = seen[-1]
         green = lambda p: ((p[..., 1] > p[..., 0] + 25) & (p[..., 1] > p[..., 2] + 15)).mean()  # noqa: E731
         assert green(before) < 0.01
-        assert green(shape("collision")) > 0.01
-        assert np.abs(shape("visual") - before).max() > 50
+        click("collision")
+        until(lambda: green(scene()) > 0.01)
+        click("visual")
+        until(lambda: np.abs(scene() - before).max() > 50)
         x = "document.querySelector('canvas')"
         page.evaluate(f"{x}.dispatchEvent(new KeyboardEvent('keydown', {{key: 'ArrowLeft'}}))")
-        time.sleep(0.8)
         sliders = "[...document.querySelectorAll('input[type=range]')]"
         assert page.evaluate(f"{sliders}.every(e => e.getAttribute('aria-label'))")
     finally:

@@ -81,21 +81,12 @@ def drawn(page: chromium.Page, path: str) -> np.ndarray:
 
 
 def open_folder(page: chromium.Page, name: str = "Last minute") -> None:
-    header = page.with_text(name)
-
-    def still() -> tuple[float, float] | None:
-        before = page.place_of(header)
-        if not page.evaluate("window.__viserMutable?.canvas?.clientWidth < innerWidth - 100"):
-            return None
-        time.sleep(0.6)
-        return before if before == page.place_of(header) else None
-
-    page.click(*until(still))
+    page.click_on(page.with_text(name))
 
 
 def press(page: chromium.Page, script: str) -> None:
     """Click in the middle of the element of a JavaScript expression."""
-    page.click(*until(lambda: page.place_of(script)))
+    page.click_on(script)
 
 
 @pytest.fixture
@@ -173,9 +164,8 @@ def test_the_past_is_shown_replayed_and_left(shown: tuple[FallingArm, chromium.P
     press(page, page.with_text("Live"))
     until(lambda: viewer.playback.is_live)
     viewer.gate.play(False)
-    time.sleep(0.3)
     until(lambda: np.abs(drawn(page, script.path) - script.tip.pose[0]).max() < 1e-3)
-    assert float(page.evaluate(f"{SLIDER}.getAttribute('aria-valuenow')")) == 0.0
+    until(lambda: float(page.evaluate(f"{SLIDER}.getAttribute('aria-valuenow')")) == 0.0)
 
 
 def choose(page: chromium.Page, label: str, option: str) -> None:
@@ -221,7 +211,13 @@ def test_signals_are_plotted(shown: tuple[FallingArm, chromium.Page]) -> None:
     script.start()
     until(lambda: script.world.time > 2.0)
     script.viewer.gate.play(False)
-    time.sleep(0.5)
+
+    def is_held() -> bool:
+        before = script.world.time
+        time.sleep(0.5)
+        return script.world.time == before
+
+    until(is_held)
     now = viewer.moments.all()[-1].snapshot.time
     times = np.array([entry[0] for entry in angles])
     for kind, label, column in (
