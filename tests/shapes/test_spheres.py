@@ -7,9 +7,11 @@ import trimesh
 from roboyard.errors import ConfigError, MeshError
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.sampling import fibonacci_sphere
+from roboyard.shapes.spheres import fit as fit_module
 from roboyard.shapes.spheres import kernels
 from roboyard.shapes.spheres.fit import PRESETS, SpherePreset, fit_spheres
 from roboyard.shapes.spheres.metrics import gap_to_spheres, measure_spheres
+from roboyard.shapes.spheres.objective import SphereFitObjective
 
 
 def mesh_of(shape: trimesh.Trimesh) -> TriangleMesh:
@@ -55,6 +57,22 @@ def test_safe_leaves_no_surface_point_a_millimetre_outside(name):
     skin, _ = trimesh.sample.sample_surface(shape, 100_000, seed=1)
     assert gap_to_spheres(np.concatenate([skin, shape.vertices]), fit.centers, fit.radii).max() <= 0.001
     assert fit.excess < 0.75
+
+
+def test_a_number_that_is_too_small_is_given_up_early_without_changing_the_result(monkeypatch):
+    """A wide block takes four times the spheres of the first try; tries that went on to the end agree."""
+    mesh = mesh_of(trimesh.creation.box((0.8, 0.2, 0.6)))
+    descents = []
+    descend = SphereFitObjective.descend
+    monkeypatch.setattr(SphereFitObjective, "descend", lambda *a: (descents.append(1), descend(*a))[1])
+    early, count = fit_spheres(mesh), len(descents)
+    whole = fit_module._solve
+    monkeypatch.setattr(fit_module, "_solve", lambda *a, unless_crude: whole(*a))
+    late = fit_spheres(mesh)
+    assert len(early.radii) == len(late.radii) > 80
+    np.testing.assert_array_equal(early.centers, late.centers)
+    np.testing.assert_array_equal(early.radii, late.radii)
+    assert count < len(descents) - count
 
 
 def test_tight_preset_uses_more_spheres_with_less_excess():

@@ -134,10 +134,10 @@ def fit_spheres(
         spheres = _solve(objective, count, replace(goal, surface=0.0))
     else:
         number = suggest_count(grid, goal)
-        spheres = _solve(objective, number, goal)
+        spheres = _solve(objective, number, goal, unless_crude=number < MAX_COUNT)
         while number < MAX_COUNT and _is_crude(objective, spheres, goal):
             number = min(2 * number, MAX_COUNT)
-            spheres = _solve(objective, number, goal)
+            spheres = _solve(objective, number, goal, unless_crude=number < MAX_COUNT)
     centers = grid.origin + spheres[:, :3] * objective.scale
     radii = spheres[:, 3] * objective.scale
     if goal.slack is not None:
@@ -178,8 +178,18 @@ def _is_crude(objective: SphereFitObjective, spheres: Array, goal: SpherePreset)
     return objective.outside(spheres, near) > goal.bulge
 
 
-def _solve(objective: SphereFitObjective, number: int, goal: SpherePreset) -> Array:
-    """Return (n, 4) fitted centres and radii in working units."""
+def _solve(
+    objective: SphereFitObjective, number: int, goal: SpherePreset, *, unless_crude: bool = False
+) -> Array:
+    """Return (n, 4) fitted centres and radii in working units.
+
+    Args:
+        objective: the sampled solid.
+        number: of spheres.
+        goal: what the fit aims at.
+        unless_crude: whether to return unfinished spheres once they are crude. They only grow from there
+            on, to cover more, so that the finished ones would be crude, too.
+    """
     starts = [objective.start(number, turn) for turn in range(1 if number == 1 else STARTS)]
     typical = float(starts[0][:, 3].mean())
     objective = objective.around(1.3 * max(float(start[:, 3].max()) for start in starts))
@@ -190,7 +200,7 @@ def _solve(objective: SphereFitObjective, number: int, goal: SpherePreset) -> Ar
     for _ in range(RAISES):
         covers = objective.coverage(spheres) >= goal.coverage
         reaches = objective.surface_coverage(spheres) >= goal.surface
-        if covers and reaches:
+        if (covers and reaches) or (unless_crude and _is_crude(objective, spheres, goal)):
             break
         if not covers:
             weights = replace(weights, inner=RAISE * weights.inner)
