@@ -38,7 +38,7 @@ def kept_points(what: str, shapes: Sequence[Visual | Collision], make: Callable[
 
 
 def _key(what: str, shapes: Sequence[Visual | Collision]) -> str | None:
-    """Return what decides the points; None where they need no mesh file, or cannot be told from it."""
+    """Return what decides the points; None where they need no mesh file, or are not decided by it."""
     parts: list[object] = [what, VERSION]
     files = 0
     for shape in shapes:

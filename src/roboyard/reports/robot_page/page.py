@@ -53,7 +53,7 @@ def robot_page(
         "joints": [_joint(joint, positions or {}) for joint in description.joints],
         "parts": parts,
     }
-    packed = base64.b64encode(zlib.compress(bytes(data), 6)).decode("ascii")
+    packed = base64.b64encode(zlib.compress(bytes(data), 5)).decode("ascii")
     folder = Path(__file__).parent
     text = (folder / "page.html").read_text(encoding="utf-8")
     # "<" would end the script
