@@ -122,7 +122,7 @@ class Page:
     def place_at_rest(self, element: str, x: float = 0.5, y: float = 0.5) -> tuple[float, float] | None:
         """Return a point of an element that stays there, for a click.
 
-        None: it moves, something lies over it, or the panel is not docked yet, which moves everything.
+        None: it moves, something covers it, or the panel is not docked yet, which moves everything.
         """
         if self.place_of(element) is None:
             return None

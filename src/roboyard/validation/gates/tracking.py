@@ -1,7 +1,7 @@
 """Test that joints of arms, trunk and head reach a target under gravity, and do not overshoot it.
 
 The base is held, above the floor where the robot has legs, which joints of its trunk may move; a holonomic
-one stands on its wheels, and joints whose motion would tip it over are left out. Each joint in turn moves a
+one stands on its wheels, and joints whose motion would tip it over are omitted. Each joint in turn moves a
 step of up to 0.2 rad (or 5 cm) from the rest posture, in the direction that is free of contacts, all others
 held. Its overshoot is measured beyond the target, its error as the mean of the last quarter of a second, both
 as shares of the step. Joints whose gravity exceeds their effort limit cannot hold the target with any gains:
