@@ -59,7 +59,7 @@ def slider(name: str) -> str:
     return f"document.querySelector('[role=slider][aria-label^={json.dumps(name)}]')"
 
 
-def until(so: Callable[[], Any], seconds: float = 60.0, tick: Callable[[], None] | None = None) -> Any:
+def until(so: Callable[[], Any], seconds: float = 180.0, tick: Callable[[], None] | None = None) -> Any:
     """Return what a function returns once it is true; run `tick` meanwhile. Fails if that takes too long."""
     end = time.monotonic() + seconds
     while not (found := so()):

@@ -143,7 +143,7 @@ def test_a_script_is_paused_stepped_slowed_and_reset(browse: Any) -> None:
         until(lambda: away()[0] > 0.2)
 
         press(page, "forces")
-        until(lambda: viewer.server.scene.get_handle_by_name("/roboyard contact forces"), 60)
+        until(lambda: viewer.server.scene.get_handle_by_name("/roboyard contact forces"))
 
         def lift() -> float:
             arrows = viewer.server.scene.get_handle_by_name("/roboyard contact forces").points

@@ -36,7 +36,7 @@ def shown(gripper: Path, tmp_path: Path) -> Iterator[tuple[Inspector, chromium.P
     inspector.close()
 
 
-def until(inspector: Inspector, so: Callable[[], Any], seconds: float = 60.0) -> Any:
+def until(inspector: Inspector, so: Callable[[], Any], seconds: float = 180.0) -> Any:
     """Run the inspector until a condition is true."""
     import time
 

@@ -25,7 +25,7 @@ pytestmark = [
 ]
 
 
-def until(tick: Callable[[float], None], so: Callable[[], Any], seconds: float = 60.0) -> Any:
+def until(tick: Callable[[float], None], so: Callable[[], Any], seconds: float = 180.0) -> Any:
     """Run `tick` in real time until `so` is true; `so` runs in another thread."""
     end, found = time.monotonic() + seconds, []
 

@@ -52,7 +52,7 @@ def browse(window: Any, tmp_path: Path) -> Iterator[Callable[[], chromium.Page]]
 
 
 def run_until(
-    so: Callable[[], Any], step: Callable[[], None] = p.stepSimulation, seconds: float = 60.0
+    so: Callable[[], Any], step: Callable[[], None] = p.stepSimulation, seconds: float = 180.0
 ) -> Any:
     """Run the simulation until a condition is true."""
     end = time.monotonic() + seconds

@@ -18,6 +18,12 @@ _inverse = lazy_module("roboyard.kinematics._lm")
 _prepared = False
 
 
+def planner_loops() -> list[Kernel]:
+    """Return the loops that plans use."""
+    modules = (_checker, _sampling, _motion, _shortcuts, _timing, _kinematics, _inverse)
+    return [loop for module in modules for loop in vars(module()).values() if isinstance(loop, Kernel)]
+
+
 def compile_loops() -> None:
     """Compile the loops that no earlier process has stored, and say so in a line; once in a process.
 
@@ -27,9 +33,7 @@ def compile_loops() -> None:
     if _prepared:
         return
     _prepared = True
-    modules = (_checker, _sampling, _motion, _shortcuts, _timing, _kinematics, _inverse)
-    loops = [loop for module in modules for loop in vars(module()).values() if isinstance(loop, Kernel)]
-    missing = [loop for loop in loops if not loop.is_ready]
+    missing = [loop for loop in planner_loops() if not loop.is_ready]
     if missing:
         logging.getLogger("roboyard").warning(
             "compiling the planner for this machine: once, about 20 seconds"
