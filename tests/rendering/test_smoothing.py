@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from roboyard.rendering.smoothing import (
     CREASE_COSINE,
@@ -9,6 +11,7 @@ from roboyard.rendering.smoothing import (
     creased_normals,
     face_normals,
     join_corners,
+    number_parts,
 )
 from roboyard.rendering.textures import halved, lets_light_through, pack
 from roboyard.shapes import primitives
@@ -33,6 +36,16 @@ def test_solids_are_closed_and_face_outward(mesh):
     assert closed_faces(vertices, faces).all()
     assert not closed_faces(vertices, faces[:, ::-1]).any()  # inside out
     assert not closed_faces(vertices, faces[1:]).any()  # a hole
+
+
+@pytest.mark.parametrize("edges", [0, 1, 30, 60, 400])
+def test_parts_are_those_of_scipy(edges):
+    start, stop = np.random.default_rng(edges).integers(0, 80, (2, edges))
+    graph = coo_matrix((np.ones(edges), (start, stop)), shape=(80, 80))
+    count, expected = connected_components(graph, directed=False)
+    part = np.empty(80, dtype=np.int64)
+    assert number_parts(start, stop, part) == count
+    np.testing.assert_array_equal(part, expected)
 
 
 def test_closed_faces_are_found_part_by_part():

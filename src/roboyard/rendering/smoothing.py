@@ -37,16 +37,13 @@ def closed_faces(vertices: NDArray, faces: NDArray) -> NDArray[np.bool_]:
 
     The back of such a face is never visible from outside. `vertices` is (n, 3) (m).
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     n = len(vertices)
     if not len(faces):
         return np.zeros(0, dtype=bool)
     start = faces.ravel().astype(np.int64)
     stop = np.roll(faces, -1, axis=1).ravel().astype(np.int64)
-    graph = coo_matrix((np.ones(len(start), dtype=np.int8), (start, stop)), shape=(n, n))
-    count, part = connected_components(graph, directed=False)
+    part = np.empty(n, dtype=np.int64)
+    count = number_parts(start, stop, part)
     if count == 1 and not _may_be_paired(start, stop, n):
         return np.zeros(len(faces), dtype=bool)
     part_of_face = part[faces[:, 0]]
@@ -112,6 +109,37 @@ def creased_normals(vertices: NDArray, faces: NDArray, cosine: float = CREASE_CO
     out = np.empty((len(faces), 3, 3), dtype=np.float32)
     _average(normals, angle, order, start, float(cosine), out)
     return out
+
+
+@compiled("i8[::1] i8[::1] i8[::1] -> i8", releases_gil=True)
+def number_parts(start, stop, part):
+    """Number the connected parts of vertices in the order of their first ones; returns how many there are.
+
+    start, stop: (e,) vertices that edges join. part: (n,), written: the number of each vertex's part.
+    """
+    for vertex in range(len(part)):
+        part[vertex] = vertex
+    for edge in range(len(start)):
+        a, b = start[edge], stop[edge]
+        while part[a] != a:
+            part[a] = part[part[a]]
+            a = part[a]
+        while part[b] != b:
+            part[b] = part[part[b]]
+            b = part[b]
+        if a < b:
+            part[b] = a
+        else:
+            part[a] = b
+    # each vertex now points to one before it, or to itself if it is the first of its part
+    count = 0
+    for vertex in range(len(part)):
+        if part[vertex] == vertex:
+            part[vertex] = count
+            count += 1
+        else:
+            part[vertex] = part[part[vertex]]
+    return count
 
 
 @compiled("f8[:,::1] f8[:,::1] i8[::1] i8[::1] f8 f4[:,:,::1]")
