@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.rendering.smoothing import closed_faces, creased_normals, face_normals, join_corners
-from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh import TriangleMesh, bounding_box
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -72,7 +72,7 @@ def _prepare(mesh: TriangleMesh, *, is_sorted: bool = True) -> MeshArrays:
         order = np.lexsort((~closed, clear))
         counts = np.bincount(2 * clear + ~closed, minlength=4)
         index, faces = index[order], faces[order]
-    bounds = np.stack([places.min(axis=0), places.max(axis=0)]) if len(places) else np.zeros((2, 3))
+    bounds = bounding_box(places) if len(places) else np.zeros((2, 3))
     return MeshArrays(
         vertices=np.ascontiguousarray(places, dtype=np.float32),
         faces=np.ascontiguousarray(faces, dtype=np.int32),

@@ -199,11 +199,12 @@ def is_closed(vertices: Array, faces: NDArray) -> bool:
 def weld(vertices: Array, faces: NDArray) -> tuple[Array, NDArray]:
     """Merge (n, 3) vertices at equal positions (to 1e-7 of the mesh's size); drop collapsed (m, 3) faces."""
     points = np.ascontiguousarray(vertices, dtype=float)
-    extent = float((points.max(axis=0) - points.min(axis=0)).max()) if len(points) else 0.0
+    lower, upper = bounding_box(points) if len(points) else np.zeros((2, 3))
+    extent = float((upper - lower).max())
     if extent <= 0 or not math.isfinite(extent):
         return points, np.empty((0, 3), dtype=np.int64)
     # three 21-bit grid coordinates in one integer sort far faster than rows
-    grid = np.rint((points - points.min(axis=0)) * ((2**21 - 1) / extent)).astype(np.int64)
+    grid = np.rint((points - lower) * ((2**21 - 1) / extent)).astype(np.int64)
     keys = (grid[:, 0] << 42) | (grid[:, 1] << 21) | grid[:, 2]
     _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
     triangles = inverse.reshape(-1)[np.asarray(faces, dtype=np.int64)]

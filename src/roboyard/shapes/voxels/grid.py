@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.errors import MeshError
-from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh import TriangleMesh, bounding_box
 from roboyard.shapes.voxels import kernels
 from roboyard.shapes.voxels.regions import label_regions
 
@@ -147,9 +147,8 @@ def voxelize(
         MeshError: there is no finite vertex.
     """
     soups = triangles(meshes)
-    used = [vertices[faces.ravel()] for vertices, faces in soups]
-    lower = np.min([v.min(axis=0) for v in used], axis=0)
-    upper = np.max([v.max(axis=0) for v in used], axis=0)
+    boxes = np.array([_used_bounds(vertices, faces) for vertices, faces in soups])
+    lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     size, shape = _resolution(upper - lower, cells, padding)
     # an irregular offset: rays then miss round coordinates, where many vertices are
     origin = 0.5 * (lower + upper) - 0.5 * size * shape + size * np.array([0.0137, -0.0071, 0.0233])
@@ -187,6 +186,13 @@ def voxelize(
         surface_points=origin + point[surface] * size,
         notes=tuple(dict.fromkeys(notes)),
     )
+
+
+def _used_bounds(vertices: Array, faces: NDArray[np.int32]) -> Array:
+    """Return the (2, 3) box around the vertices that (m, 3) faces use."""
+    is_used = np.zeros(len(vertices), dtype=bool)
+    is_used[faces] = True
+    return bounding_box(vertices if is_used.all() else vertices[is_used])
 
 
 def _resolution(extent: Array, cells: int, padding: int) -> tuple[float, NDArray[np.int64]]:
