@@ -98,3 +98,34 @@ def test_the_corners_of_hulls_are_rounded_to_a_grid(client: int, tmp_path: Path)
     (contact,) = p.getContactPoints(body)
     assert contact[8] == pytest.approx(-0.00360041, abs=2e-7)
     assert p.getClosestPoints(body, ground, 0.1)[0][8] == pytest.approx(-0.00360041, abs=2e-7)
+
+
+@pytest.mark.parametrize(
+    ("kind", "height", "turn", "point", "distance"),
+    [
+        ("box", 0.0436, (0.7, 0.1, 0), (0.024776, -0.003498, -0.000954), -0.001954),
+        ("box", 0.0420, (0.7, 0, 0), (0.0, -0.003498, 0.000137), -0.000863),
+        ("cylinder", 0.0555, (0.5, 0.1, 0), (0.005859, 0.006502, -0.000264), -0.001264),
+    ],
+)
+def test_edges_of_boxes_and_cylinders_are_round_on_hulls(
+    client: int,
+    kind: str,
+    height: float,
+    turn: tuple[float, float, float],
+    point: tuple[float, float, float],
+    distance: float,
+) -> None:
+    """Sharp ones would be 0.4 to 0.7 mm deeper."""
+    corners = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.06, 0.06) for z in (-0.04, 0.04)]
+    block = p.createCollisionShape(p.GEOM_MESH, vertices=corners)
+    hull = p.createMultiBody(0, block, basePosition=[0, 0, -0.04])
+    if kind == "box":
+        shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.03] * 3)
+    else:
+        shape = p.createCollisionShape(p.GEOM_CYLINDER, radius=0.03, height=0.08)
+    body = p.createMultiBody(1, shape, -1, [0, 0, height], p.getQuaternionFromEuler(turn))
+    p.performCollisionDetection()
+    (contact,) = p.getContactPoints(body, hull)
+    np.testing.assert_allclose(contact[5], point, atol=2e-6)
+    assert contact[8] == pytest.approx(distance, abs=2e-6)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from roboyard.description.model import Collision
+from roboyard.description.model import Box, Collision, Cylinder
 from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, local_bounds
 from roboyard.transforms import matrix_from_quaternion
 
@@ -38,20 +38,22 @@ def contact_reaches(model: Any, bounds: Iterable[tuple[int, LinkBounds, float]])
 
 
 def shape_boxes(
-    geoms: int, links: Iterable[tuple[Sequence[Collision], Sequence[int], bool, bool]]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return (geoms, 4, 3) boxes around shapes and (geoms,) 1 for the parts of compounds.
+    geoms: int, links: Iterable[tuple[Sequence[Collision], Sequence[int], bool, bool, float]]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (geoms, 4, 3) boxes around shapes, (geoms,) 1 for parts of compounds, (geoms,) radii of edges.
 
     A box is its middle and three half axes in the frame of the link (m). Where a shape's place among the
     geoms is not known, or it is no box, ball or hull, the box is endless.
 
     Args:
         geoms: number of geoms.
-        links: shapes of each link, their geoms, whether cylinders are exact, whether the link is a compound.
+        links: shapes of each link, their geoms, whether cylinders are exact, whether the link is a compound,
+            and the margin of its shapes (m), with which edges of boxes and cylinders are round.
     """
     boxes, compound = np.zeros((geoms, 4, 3)), np.zeros(geoms, np.uint8)
     boxes[:, 1:] = ENDLESS * np.eye(3)
-    for shapes, rows, implicit_cylinder, is_compound in links:
+    rounding = np.zeros(geoms)
+    for shapes, rows, implicit_cylinder, is_compound, margin in links:
         compound[list(rows)] = is_compound
         if len(shapes) != len(rows):
             continue
@@ -63,4 +65,9 @@ def shape_boxes(
                 turn = matrix_from_quaternion(shape.origin.quaternion)
                 boxes[row, 0] = np.asarray(shape.origin.position) + turn @ (corners[0] + corners[1]) / 2
                 boxes[row, 1:] = ((corners[1] - corners[0]) / 2)[:, None] * turn.T
-    return boxes, compound
+                if (
+                    isinstance(shape.geometry, Box | Cylinder)
+                    and margin < (corners[1] - corners[0]).min() / 2
+                ):
+                    rounding[row] = margin
+    return boxes, compound, rounding

@@ -10,6 +10,7 @@ from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
+from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
@@ -265,8 +266,8 @@ class PhysicsScene:
             self._contact_reaches = world.revision, contact_reaches(world.live_model, bounds)
         return self._contact_reaches[1]
 
-    def shape_boxes(self) -> tuple[Any, Any]:
-        """Return (ngeom, 4, 3) boxes around shapes and (ngeom,) whether these are parts of compounds."""
+    def shape_boxes(self) -> tuple[Any, Any, Any]:
+        """Return boxes around shapes, whether these are parts of compounds, and radii of their edges."""
         world = self.world
         links = (
             (
@@ -274,6 +275,7 @@ class PhysicsScene:
                 [geom.id for geom in built.geoms],
                 model.implicit_cylinder,
                 box.kind == "compound",
+                MARGIN if box.kind == "compound" else margin,
             )
             for number in self.bodies
             for record in (self.ready(number, ""),)
@@ -281,7 +283,7 @@ class PhysicsScene:
             for link, (shapes, built) in enumerate(
                 zip(model.description.links, record.body.built.links, strict=True)
             )
-            for box, _ in (record.bounds(link - 1),)
+            for box, margin in (record.bounds(link - 1),)
         )
         return shape_boxes(world.live_model.ngeom, links)
 

@@ -48,14 +48,14 @@ from roboyard.sim.stepping.kernels import (
     hard_limits,
     product_friction,
 )  # fmt: skip
-from roboyard.sim.stepping.manifold_kernels import drop_gaps, keep_points
+from roboyard.sim.stepping.manifold_kernels import drop_gaps, keep_points, round_edges
 from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS, find_rows
 
 KEEP, ARRANGE, ASK, SOLVE = range(4)
 """Parts of a step, in order."""
 DONE, ROOM, POINTS_ARE_NEW, OTHERS, LOST = range(5)
-"""Answers of `execute`: all is done; arrays are too short; points must be added to MuJoCo's contacts;
-its solver has rows to solve; its arrays are not where they were."""
+"""Answers of `execute`: all is done; arrays are too short; points must be added to MuJoCo's contacts, or were
+moved; its solver has rows to solve; its arrays are not where they were."""
 
 
 @compiled(ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER, "i8 i8 i8 -> i8", fast_math=True)
@@ -82,7 +82,12 @@ def execute(  # pragma: no cover
         return ROOM
     if first <= KEEP:
         points.notes[EXTRA] = 0
+        moved = 0
         if surface.boxes.shape[0] > 0:
+            moved = round_edges(
+                contacts, contact_count, mechanism.geom_type, mechanism.geom_body, state.xpos, state.xmat,
+                surface.boxes, surface.rounding,
+            )  # fmt: skip
             drop_gaps(
                 contacts, contact_count, mechanism.geom_type, mechanism.geom_body, state.xpos, state.xmat,
                 surface.margins, surface.boxes, surface.compound,
@@ -104,6 +109,8 @@ def execute(  # pragma: no cover
             points.notes[TABLE] = following
             if points.notes[EXTRA] > 0:
                 return POINTS_ARE_NEW
+        if moved == 1:
+            return POINTS_ARE_NEW
     if last <= KEEP:
         return DONE
     if first <= ARRANGE:

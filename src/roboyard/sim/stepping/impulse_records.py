@@ -149,6 +149,7 @@ class Surface(NamedTuple):
     boxes: np.ndarray
     """(ngeom, 4, 3) boxes of `drop_gaps`; of no geom where all gaps count."""
     compound: np.ndarray
+    rounding: np.ndarray
     base: np.ndarray
     """(nefc,) or longer: references of normals before the correction for sliding."""
 
@@ -196,7 +197,9 @@ STATE = record(
     " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1]",
 )
 POINTS = record(Points, "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i8[::1]")
-SURFACE = record(Surface, "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] u1[::1] f8[::1]")
+SURFACE = record(
+    Surface, "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] u1[::1] f8[::1] f8[::1]"
+)
 SOLVER = record(
     Solver,
     "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] f8[:,::1] f8[:,::1] f8[:,::1]"

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from roboyard.native import compiled
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
-SPHERE, BOX = 2, 6
+PLANE, SPHERE, CYLINDER, BOX = 0, 2, 5, 6
 """MuJoCo's types of these geoms."""
 MOST = 4
 """Most points of a pair."""
+UNMOVED = 1e-14
+"""Square of the shift (m) below which a contact stays."""
 AWAY = 1.0
 """Distance (m) of contacts that do not count."""
 
@@ -101,6 +105,78 @@ def keep_points(  # pragma: no cover
             pairs += 1
     ends[0] = pairs
     return found
+
+
+@compiled(CONTACTS, "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[:,:,::1] f8[::1] -> i8")
+def round_edges(  # pragma: no cover
+    contacts, contact_count, geom_type, geom_body, xpos, xmat, boxes, rounding
+):
+    """Move contacts of boxes and cylinders whose edges are round in an impulse engine; return 1 if any moved.
+
+    Its shapes are smaller ones with a ball at each point, except where two boxes meet, or one meets a plane.
+
+    boxes: (ngeom, 4, 3) middles of the shapes and their half axes in the frames of the bodies (m). rounding:
+    (ngeom,) radii of the balls (m), 0 for other shapes.
+    """
+    position, frame, dist = contacts.position, contacts.frame, contacts.dist
+    moved = 0
+    for i in range(contact_count):
+        a, b = contacts.geom[i, 0], contacts.geom[i, 1]
+        if a < 0 or b < 0 or (geom_type[a] == BOX and geom_type[b] == BOX):
+            continue
+        if geom_type[a] == PLANE or geom_type[b] == PLANE:
+            continue
+        for side in range(2):
+            geom = contacts.geom[i, side]
+            radius = rounding[geom]
+            if radius <= 0.0:
+                continue
+            sign = 1.0 if side == 0 else -1.0
+            nx, ny, nz = sign * frame[i, 0], sign * frame[i, 1], sign * frame[i, 2]
+            body = geom_body[geom]
+            px = position[i, 0] - 0.5 * dist[i] * nx
+            py = position[i, 1] - 0.5 * dist[i] * ny
+            pz = position[i, 2] - 0.5 * dist[i] * nz
+            cx, cy, cz = in_world(boxes, geom, 0, xmat, body)
+            rx, ry, rz = px - xpos[body, 0] - cx, py - xpos[body, 1] - cy, pz - xpos[body, 2] - cz
+            ex = ey = ez = 0.0  # from the smaller shape to the point
+            for axis in range(1, 4):
+                x, y, z = in_world(boxes, geom, axis, xmat, body)
+                half = np.sqrt(x * x + y * y + z * z)
+                along = (rx * x + ry * y + rz * z) / half
+                if geom_type[geom] == BOX or axis == 3:
+                    excess = along - min(max(along, radius - half), half - radius)
+                    ex, ey, ez = ex + excess * x / half, ey + excess * y / half, ez + excess * z / half
+                    if geom_type[geom] == CYLINDER:
+                        x, y, z = rx - along * x / half, ry - along * y / half, rz - along * z / half
+                        far = np.sqrt(x * x + y * y + z * z)
+                        fx, fy, fz = in_world(boxes, geom, 1, xmat, body)
+                        most = np.sqrt(fx * fx + fy * fy + fz * fz) - radius
+                        if far > most:
+                            share = 1.0 - most / far
+                            ex, ey, ez = ex + share * x, ey + share * y, ez + share * z
+            beyond = ex * nx + ey * ny + ez * nz
+            if beyond < 0.5 * radius:
+                continue
+            dx, dy, dz = radius * nx - ex, radius * ny - ey, radius * nz - ez
+            if dx * dx + dy * dy + dz * dz < UNMOVED:
+                continue
+            moved = 1
+            dist[i] += beyond - radius
+            position[i, 0] = px + dx + 0.5 * dist[i] * nx
+            position[i, 1] = py + dy + 0.5 * dist[i] * ny
+            position[i, 2] = pz + dz + 0.5 * dist[i] * nz
+    return moved
+
+
+def in_world(boxes, geom, axis, xmat, body):
+    """Return a vector of a geom's box turned to the world."""
+    x, y, z = boxes[geom, axis, 0], boxes[geom, axis, 1], boxes[geom, axis, 2]
+    return (
+        xmat[body, 0] * x + xmat[body, 1] * y + xmat[body, 2] * z,
+        xmat[body, 3] * x + xmat[body, 4] * y + xmat[body, 5] * z,
+        xmat[body, 6] * x + xmat[body, 7] * y + xmat[body, 8] * z,
+    )
 
 
 @compiled(CONTACTS, "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[:,:,::1] u1[::1]")

@@ -89,23 +89,34 @@ class Manifolds:
         if self._bound is None:
             self._bind(model, data)
 
-    def drop_gaps(
-        self, model: Any, data: Any, found: StepRows, margins: Array, boxes: Array, compound: np.ndarray
-    ) -> None:
-        """Move contacts away across whose gaps the engine does not look, after mj_collision.
+    def move(
+        self,
+        model: Any,
+        data: Any,
+        found: StepRows,
+        margins: Array,
+        boxes: Array,
+        compound: np.ndarray,
+        rounding: Array,
+    ) -> bool:
+        """Move contacts of round edges, and those across gaps that do not count, after mj_collision.
 
         Args:
             model: MjModel.
             data: MjData.
             found: the contacts, of which there are some.
             margins: (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes.
-            boxes: (ngeom, 4, 3) boxes around the shapes; see the loop of this name.
+            boxes: (ngeom, 4, 3) boxes around the shapes; see the loops `round_edges` and `drop_gaps`.
             compound: (ngeom,) whether they are parts of compounds.
+            rounding: (ngeom,) radii of their edges (m).
+
+        Returns:
+            Whether round edges moved a contact, so that constraints have to be made again.
         """
-        kernels().drop_gaps(
-            *(found.contacts, found.counts[0], model.geom_type, model.geom_bodyid, data.xpos, data.xmat),
-            *(margins, boxes, compound),
-        )
+        contacts = found.contacts, found.counts[0], model.geom_type, model.geom_bodyid, data.xpos, data.xmat
+        moved = kernels().round_edges(*contacts, boxes, rounding)
+        kernels().drop_gaps(*contacts, margins, boxes, compound)
+        return moved == 1
 
     def update(self, model: Any, data: Any, found: StepRows, margins: Array, reaches: Array) -> bool:
         """Keep the points of the contacts found and add those of earlier steps, after mj_collision.

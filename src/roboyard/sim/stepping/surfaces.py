@@ -15,6 +15,7 @@ from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.impulse_records import Surface
+from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
 
@@ -36,12 +37,12 @@ class Surfaces:
         """Function that returns the (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes."""
         self.reaches_of: Callable[[], np.ndarray] | None = None
         """Function that returns the (ngeom,) gaps (m) from which on contacts do not push."""
-        self.boxes_of: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
-        """Function that returns (ngeom, 4, 3) boxes of shapes and (ngeom,) whether these are of compounds,
-        with which contacts across gaps follow `drop_gaps`."""
+        self.boxes_of: Callable[[], tuple[Array, np.ndarray, Array]] | None = None
+        """Function that returns (ngeom, 4, 3) boxes of shapes, (ngeom,) whether these are of compounds and
+        (ngeom,) radii of their edges (m); contacts then follow `drop_gaps` and `round_edges`."""
         self.soft: SoftBodies | None = None
         self._no_margins = self._no_reaches = np.zeros(0)
-        self._widths: tuple[int, tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
+        self._widths: tuple[int, tuple[Array, Array], tuple[Array, np.ndarray, Array]] | None = None
         """Revision of the world, and what `margins_and_reaches` and `boxes` return in it."""
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
@@ -84,7 +85,7 @@ class Surfaces:
             rows: number of rows of constraints for which there is room.
         """
         margins, reaches = self.margins_and_reaches(model, data)
-        boxes, compound = self.boxes(model, data)
+        boxes, compound, rounding = self.boxes(model, data)
         assert self._restitution_rows is not None and self._damping_rows is not None
         return Surface(
             friction=self._friction,
@@ -95,6 +96,7 @@ class Surfaces:
             reaches=np.ascontiguousarray(reaches),
             boxes=boxes,
             compound=compound,
+            rounding=rounding,
             base=self.normal_references(rows),
         )
 
@@ -106,12 +108,12 @@ class Surfaces:
                 self._look_up(model, data)
             margins = self.margins_of() if self.margins_of else self._no_margins
             reaches = self.reaches_of() if self.reaches_of else self._no_reaches
-            boxes = self.boxes_of() if self.boxes_of else (np.zeros((0, 4, 3)), np.zeros(0, np.uint8))
+            boxes = self.boxes_of() if self.boxes_of else _no_boxes()
             known = self._widths = revision, (margins, reaches), boxes
         return known[1]
 
-    def boxes(self, model: Any, data: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Return `boxes_of`: (ngeom, 4, 3) boxes and (ngeom,) whether they are parts; empty for none."""
+    def boxes(self, model: Any, data: Any) -> tuple[Array, np.ndarray, Array]:
+        """Return `boxes_of`: (ngeom, 4, 3) boxes, (ngeom,) whether they are parts and (ngeom,) radii (m)."""
         self.margins_and_reaches(model, data)
         assert self._widths is not None
         return self._widths[2]
@@ -328,3 +330,7 @@ class Surfaces:
         for (body_id, index), values in self._compliance.items():
             self._compliance_rows[[geom.id for geom in bodies[body_id].built.links[index].geoms]] = values
         return damping, restitution
+
+
+def _no_boxes() -> tuple[Array, np.ndarray, Array]:
+    return np.zeros((0, 4, 3)), np.zeros(0, np.uint8), np.zeros(0)

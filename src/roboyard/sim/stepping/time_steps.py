@@ -317,12 +317,11 @@ class Stepping:
             self._windows.correct_contacts(data)
 
     def _update_points(self, model: Any, data: Any, found: StepRows) -> bool:
-        """Drop contacts that do not count, keep points; return whether some of earlier steps were added."""
+        """Move contacts as the rules require and keep points; return whether any was moved or added."""
         margins, reaches = self.surfaces.margins_and_reaches(model, data)
-        boxes, compound = self.surfaces.boxes(model, data)
-        if len(boxes):
-            self.manifolds.drop_gaps(model, data, found, margins, boxes, compound)
-        return self.manifolds.update(model, data, found, margins, reaches)
+        boxes = self.surfaces.boxes(model, data)
+        moved = len(boxes[0]) > 0 and self.manifolds.move(model, data, found, margins, *boxes)
+        return self.manifolds.update(model, data, found, margins, reaches) or moved
 
     def _complete_rows(self, model: Any, data: Any, found: StepRows) -> None:
         """Make the rest of MuJoCo's arrays of constraints after its rows."""
