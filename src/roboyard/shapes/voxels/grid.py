@@ -113,6 +113,10 @@ def triangles(meshes: TriangleMesh | Sequence[TriangleMesh]) -> list[Triangles]:
     for mesh in listed:
         vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
         faces = np.ascontiguousarray(mesh.faces, dtype=np.int32).reshape(-1, 3)
+        is_finite = bool(np.isfinite(vertices).all())  # by rows it takes ten times as long
+        if is_finite and len(faces) and faces.min() >= 0 and faces.max() < len(vertices):
+            soups.append((vertices, faces))
+            continue
         usable: NDArray[np.bool_] = np.atleast_1d(np.isfinite(vertices).all(axis=1))
         if len(faces):
             faces = faces[((faces >= 0) & (faces < len(vertices))).all(axis=1)]
