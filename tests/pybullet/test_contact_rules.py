@@ -12,6 +12,9 @@ import roboyard.pybullet as p
 CYLINDER = """<robot name="c"><link name="l"><inertial><mass value="1"/>
 <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>
 <cylinder radius="0.17775" length="0.1143"/></geometry></collision></link></robot>"""
+BALL = """<robot name="b"><link name="l"><contact><lateral_friction value="1"/><friction_anchor/></contact>
+<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision>
+<geometry><sphere radius="0.04"/></geometry></collision></link></robot>"""
 TURN = (1.5, 0.76, 0.0)
 
 
@@ -105,7 +108,7 @@ def test_the_corners_of_hulls_are_rounded_to_a_grid(client: int, tmp_path: Path)
     [
         ("box", 0.0436, (0.7, 0.1, 0), (0.024776, -0.003498, -0.000954), -0.001954),
         ("box", 0.0420, (0.7, 0, 0), (0.0, -0.003498, 0.000137), -0.000863),
-        ("cylinder", 0.0555, (0.5, 0.1, 0), (0.005859, 0.006502, -0.000264), -0.001264),
+        ("cylinder", 0.0485, (0.5, 0.1, 0), (0.001115, -0.006216, -0.000688), -0.001688),
     ],
 )
 def test_edges_of_boxes_and_cylinders_are_round_on_hulls(
@@ -127,5 +130,35 @@ def test_edges_of_boxes_and_cylinders_are_round_on_hulls(
     body = p.createMultiBody(1, shape, -1, [0, 0, height], p.getQuaternionFromEuler(turn))
     p.performCollisionDetection()
     (contact,) = p.getContactPoints(body, hull)
-    np.testing.assert_allclose(contact[5], point, atol=2e-6)
+    np.testing.assert_allclose(contact[5], point, atol=3e-5)
     assert contact[8] == pytest.approx(distance, abs=2e-6)
+
+
+@pytest.mark.parametrize(
+    ("anchor", "wanted"),
+    [(0, [(0.000520, 0.001301), (0.021937, 0.054842)]), (1, [(0.000576, 0.001440), (0.031132, 0.077830)])],
+)
+@pytest.mark.parametrize("is_file", [False, True])
+def test_anchors_pull_creeping_contacts_back(
+    client: int, tmp_path: Path, is_file: bool, anchor: int, wanted: list[tuple[float, float]]
+) -> None:
+    """A ball is pushed for a quarter of a second; its contact point creeps."""
+    _ground()
+    if is_file:
+        (tmp_path / "b.urdf").write_text(BALL, encoding="utf-8")
+        ball = p.loadURDF(str(tmp_path / "b.urdf"), [0, 0, 0.04])
+        if not anchor:
+            p.changeDynamics(ball, -1, frictionAnchor=0)
+    else:
+        shape = p.createCollisionShape(p.GEOM_SPHERE, radius=0.04)
+        ball = p.createMultiBody(1, shape, basePosition=[0, 0, 0.04])
+        p.changeDynamics(ball, -1, lateralFriction=1, frictionAnchor=anchor)
+    places = []
+    for step in range(240):
+        if 60 <= step < 120:
+            place = p.getBasePositionAndOrientation(ball)[0]
+            p.applyExternalForce(ball, -1, [0.2, 0.5, 0], place, p.WORLD_FRAME)
+        p.stepSimulation()
+        if step in (79, 239):
+            places.append(p.getBasePositionAndOrientation(ball)[0][:2])
+    np.testing.assert_allclose(places, wanted, atol=3e-6)

@@ -76,9 +76,10 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
     margins, reaches = np.zeros(4), np.full(4, REACH)
     places = rng.normal(size=(4, 3)) * 0.02
     turns = [np.eye(3)] * 4
-    tables = [(np.zeros(8, np.int64), np.zeros(8, np.int32), np.zeros((8, 4, 15))) for _ in range(2)]
+    tables = [(np.zeros(8, np.int64), np.zeros(8, np.int32), np.zeros((8, 4, 16))) for _ in range(2)]
     source, extra = np.zeros(32, np.int32), np.zeros((32, 13))
-    fresh, ends = np.zeros(15), np.zeros(1, np.int64)
+    fresh, ends, slots = np.zeros(15), np.zeros(4, np.int64), np.zeros(40, np.int32)
+    anchors = np.zeros(4, np.uint8)
     kept: dict = {}
     before, most = 0, 0
     for _ in range(200):
@@ -99,7 +100,7 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
         )
         found = kernels.keep_points(
             *(given, count, kinds, types, bodies, places, np.array(turns).reshape(4, 9), margins, reaches),
-            *(1.0, before, *tables[0], *tables[1], fresh, source, extra, ends),
+            *(anchors, 1.0, before, *tables[0], *tables[1], fresh, source, extra, slots, ends),
         )
         tables.reverse()
         before = int(ends[0])

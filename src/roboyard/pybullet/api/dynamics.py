@@ -152,6 +152,9 @@ def changeDynamics(
         state.contact_stiffness, state.contact_damping = contactStiffness, contactDamping
         link = record.body.links[linkIndex + 1]
         scene.world.surfaces.set_compliance(link, contactStiffness, contactDamping)
+    if number(frictionAnchor) >= 0:
+        state.is_anchored = bool(frictionAnchor)
+        scene.world.surfaces.set_anchor(record.body.links[linkIndex + 1], is_anchored=bool(frictionAnchor))
     if number(collisionMargin) >= 0:
         state.collision_margin = collisionMargin
     if linkIndex >= 0:

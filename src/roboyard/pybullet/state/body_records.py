@@ -90,6 +90,8 @@ class LinkState:
     """Contact damping; -1: not set."""
     contact_stiffness: float = -1.0
     """Contact stiffness; -1: not set."""
+    is_anchored: bool = False
+    """Whether friction pulls contacts back to where they began."""
     collision_margin: float | None = None
     """Collision margin set by a script (m)."""
 
@@ -255,13 +257,14 @@ class BodyRecord:
         return slice(start, start + VELOCITY_COUNT[self.joint_type(joint)])
 
 
-def _contact_of(model: BodyModel, index: int) -> dict[str, float]:
+def _contact_of(model: BodyModel, index: int) -> dict[str, Any]:
     """Return the contact settings of a link in the description."""
     link = model.description.links[index]
     contact = link.contact
     if contact is None:
         return {}
-    given = {
+    given: dict[str, Any] = {
+        "is_anchored": any(e.tag == "contact" and e.find("friction_anchor") is not None for e in link.extra),
         "friction": contact.lateral_friction,
         "rolling_friction": contact.rolling_friction,
         "spinning_friction": contact.spinning_friction,

@@ -124,6 +124,8 @@ class PhysicsScene:
             link.set_friction(
                 sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
             )
+            if state.is_anchored:
+                self.world.surfaces.set_anchor(link, is_anchored=True)
             if state.contact_stiffness >= 0.0:
                 self.world.surfaces.set_compliance(
                     link, state.contact_stiffness, max(state.contact_damping, 0.0)

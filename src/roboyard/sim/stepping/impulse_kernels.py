@@ -13,6 +13,7 @@ from roboyard.sim.stepping.impulse_records import (
     DENSE,
     ERP,
     EXTRA,
+    HELD,
     HIGH,
     IMPULSE,
     INVERSE,
@@ -48,9 +49,17 @@ from roboyard.sim.stepping.kernels import (
     hard_limits,
     product_friction,
 )  # fmt: skip
-from roboyard.sim.stepping.manifold_kernels import drop_gaps, keep_points, round_edges
+from roboyard.sim.stepping.manifold_kernels import (
+    drop_gaps,
+    keep_points,
+    note_slips,
+    pull_to_anchors,
+    round_edges,
+)
 from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS, find_rows
 
+FRICTION_ERP = 0.2
+"""Share of a slide at an anchor that is pulled back in a step."""
 KEEP, ARRANGE, ASK, SOLVE = range(4)
 """Parts of a step, in order."""
 DONE, ROOM, POINTS_ARE_NEW, OTHERS, LOST = range(5)
@@ -101,12 +110,14 @@ def execute(  # pragma: no cover
             following = 1 - now
             points.notes[EXTRA] = keep_points(
                 contacts, contact_count, points.kinds, mechanism.geom_type, mechanism.geom_body, state.xpos,
-                state.xmat, surface.margins, surface.reaches, rules[SEEN], points.notes[PAIRS],
-                points.keys[now], points.counts[now], points.points[now], points.keys[following],
-                points.counts[following], points.points[following], points.fresh, points.source,
-                points.extra, points.notes,
+                state.xmat, surface.margins, surface.reaches, surface.anchors, rules[SEEN],
+                points.notes[PAIRS], points.keys[now], points.counts[now], points.points[now],
+                points.keys[following], points.counts[following], points.points[following], points.fresh,
+                points.source, points.extra, points.slots, points.notes,
             )  # fmt: skip
             points.notes[TABLE] = following
+            if points.notes[HELD] > 0:
+                moved = 1
             if points.notes[EXTRA] > 0:
                 return POINTS_ARE_NEW
         if moved == 1:
@@ -122,9 +133,19 @@ def execute(  # pragma: no cover
             return OTHERS
     if last >= ASK and first <= ASK:
         ask_of_rows(rows, contacts, search, state, surface, solver, remade)
+        if rules[KEEPS_POINTS] > 0.0:
+            pull_to_anchors(
+                contacts, contact_count, points.slots, points.points[points.notes[TABLE]], surface.anchors,
+                mechanism.geom_body, state.xpos, state.xmat, FRICTION_ERP / rules[TIMESTEP], surface.base,
+            )  # fmt: skip
         accelerate(mechanism, state, surface, solver)
     if last >= SOLVE:
         solve(rows, contacts, search, mechanism, state, surface, solver)
+        if rules[KEEPS_POINTS] > 0.0 and solver.ends[5] == count:
+            note_slips(
+                contacts, contact_count, points.slots, rows.force[rows.starts[9] :],
+                points.points[points.notes[TABLE]],
+            )  # fmt: skip
         if rules[IS_BOUNDED] > 0.0 and solver.ends[5] == count:
             bound_velocity(state.qvel, state.qacc, rules[TIMESTEP], solver.largest)
     return DONE

@@ -27,7 +27,7 @@ from roboyard.native import record
 """Places in `Solver.rules`."""
 WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, LINES = range(7)
 """Rows of `Solver.lines`."""
-PAIRS, TABLE, EXTRA, NOTES = range(4)
+PAIRS, TABLE, EXTRA, HELD, NOTES = range(5)
 """Places in `Points.notes`."""
 EQUALITY_ROWS = 6
 """Most rows of an equality."""
@@ -129,12 +129,15 @@ class Points(NamedTuple):
     keys: np.ndarray
     counts: np.ndarray
     points: np.ndarray
-    """(2, n, 4, 15) places in the frames of both links (m) and the contact frame."""
+    """(2, n, 4, 16) places in the frames of both links (m), the contact frame, 1 where it did not slide."""
     fresh: np.ndarray
     source: np.ndarray
     extra: np.ndarray
+    slots: np.ndarray
+    """Place of each contact's point in the table, -1 for none."""
     notes: np.ndarray
-    """(3,) number of pairs in the last step, its table, number of points to be added to the contacts."""
+    """(4,) number of pairs in the last step, its table, numbers of points to be added to the contacts and of
+    contacts moved to anchors."""
 
 
 class Surface(NamedTuple):
@@ -150,6 +153,7 @@ class Surface(NamedTuple):
     """(ngeom, 4, 3) boxes of `drop_gaps`; of no geom where all gaps count."""
     compound: np.ndarray
     rounding: np.ndarray
+    anchors: np.ndarray
     base: np.ndarray
     """(nefc,) or longer: references of normals before the correction for sliding."""
 
@@ -196,9 +200,12 @@ STATE = record(
     "f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1]"
     " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1]",
 )
-POINTS = record(Points, "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i8[::1]")
+POINTS = record(
+    Points, "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i8[::1]"
+)
 SURFACE = record(
-    Surface, "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] u1[::1] f8[::1] f8[::1]"
+    Surface,
+    "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] u1[::1] f8[::1] u1[::1] f8[::1]",
 )
 SOLVER = record(
     Solver,

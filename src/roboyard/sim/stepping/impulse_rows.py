@@ -166,11 +166,12 @@ def set_goals(
     limits and normals for at least their reference, friction for none, equalities for a share of their
     position's error (nefc,) in a step. base: (nefc,) references of normals without the correction for
     sliding, with bounces from the present velocity, in whose place comes the one that forces alone lead to.
-    slow: closing speed (m/s) below which nothing bounces. loss: (nefc,) bounds of motors. mu: (nefc,)
-    coefficients of friction rows, and of the restitution of normals. smooth: (nv,) accelerations by forces
-    alone. soft: (nefc,) compliance of normals. jacobian: (n, nv) of the rows listed. bounds: (neq, 2) largest
-    forces of an equality's rows, the last three of a weld's apart. shares: (neq,) of `erp`. aux: (neq,) dof
-    whose velocity a gear follows, -1 for none. goals: (n, 6), of which five columns are written.
+    Of sliding rows base is the velocity. slow: closing speed (m/s) below which nothing bounces. loss: (nefc,)
+    bounds of motors. mu: (nefc,) coefficients of friction rows, and of the restitution of normals. smooth:
+    (nv,) accelerations by forces alone. soft: (nefc,) compliance of normals. jacobian: (n, nv) of the rows
+    listed. bounds: (neq, 2) largest forces of an equality's rows, the last three of a weld's apart. shares:
+    (neq,) of `erp`. aux: (neq,) dof whose velocity a gear follows, -1 for none. goals: (n, 6), of which five
+    columns are written.
     """
     for n in range(ends[4]):
         row = rows[n, 0]
@@ -184,6 +185,8 @@ def set_goals(
         goals[n, 4] = soft[row] if ends[0] <= n < ends[1] else 0.0
         if n >= ends[1]:
             low = high = mu[row]
+            if n >= ends[3]:
+                goal = base[row]
         elif n >= ends[0]:
             goal = velocity[row] + timestep * base[row]
             if speed < -slow:

@@ -7,10 +7,12 @@ import numpy as np
 from roboyard.native import compiled
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
-PLANE, SPHERE, CYLINDER, BOX = 0, 2, 5, 6
+PLANE, FIELD, SPHERE, CYLINDER, BOX = 0, 1, 2, 5, 6
 """MuJoCo's types of these geoms."""
 MOST = 4
 """Most points of a pair."""
+ALMOST = 1.0 - 1e-9
+"""Share of its bound at which friction counts as at it."""
 UNMOVED = 1e-14
 """Square of the shift (m) below which a contact stays."""
 AWAY = 1.0
@@ -19,35 +21,46 @@ AWAY = 1.0
 
 @compiled(
     CONTACTS,
-    "i8 u1[:,::1] i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[::1] f8 i8 i8[::1] i4[::1] f8[:,:,::1]",
-    "i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i8[::1] -> i8",
+    "i8 u1[:,::1] i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[::1] u1[::1] f8 i8 i8[::1] i4[::1]",
+    "f8[:,:,::1] i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i8[::1] -> i8",
 )
 def keep_points(  # pragma: no cover
-    contacts, contact_count, kept_kinds, geom_type, geom_body, xpos, xmat, margins, reaches, seen, before,
-    keys, counts, points, new_keys, new_counts, new_points, fresh, source, extra, ends,
+    contacts, contact_count, kept_kinds, geom_type, geom_body, xpos, xmat, margins, reaches, anchors, seen,
+    before, keys, counts, points, new_keys, new_counts, new_points, fresh, source, extra, slots, ends,
 ):  # fmt: skip
     """Add this step's contacts to the points of their pairs; return the number of points besides them.
 
     A pair keeps up to four points. A contact replaces the point within the pair's reach of it, or is added;
-    points end where the surfaces have parted, or slid along each other, by more than the reach.
+    points end where the surfaces have parted, or slid along each other, by more than the reach. Where a
+    surface has anchors, a point that did not slide in the step before is not replaced: the contact is moved
+    to it.
 
     contacts: MuJoCo's, of which the first contact_count are this step's. kept_kinds: (8, 8) 1 for the pairs
     of geom types that keep points. xpos: (nbody, 3), xmat: (nbody, 9). margins, reaches: (ngeom,) as of
-    `hard_contacts`. seen: gap (m) up to which MuJoCo finds contacts. before: number
-    of pairs in the step before, with keys: (n,), counts: (n,) and points: (n, 4, 15), the places in the
-    frames of the two bodies and the contact frame. new_...: those of this step, written. fresh: (15,) work
-    array. source: (4 ncon,) contact of which each extra point is a copy, extra: (4 ncon, 13) its position,
-    frame and distance, written. ends: (1,) or longer, number of pairs, written.
+    `hard_contacts`. anchors: (ngeom,) 1 for surfaces with anchors. seen: gap (m) up to which MuJoCo finds
+    contacts. before: number of pairs in the step before, with keys: (n,), counts: (n,) and points:
+    (n, 4, 16), the places in the frames of the two bodies, the contact frame and 1 where it did not slide.
+    new_...: those of this step, written. fresh: (15,) work array. source: (4 ncon,) contact of which each
+    extra point is a copy, extra: (4 ncon, 13) its position, frame and distance, written. slots: (5 ncon,)
+    place of each contact's point in the table as 4 n + m, -1 for none, written. ends: (4,), number of pairs
+    and, as the last, of contacts moved, written.
     """
     geom, position, frame, dist = contacts.geom, contacts.position, contacts.frame, contacts.dist
     pairs = 0
     found = 0
     at = 0
     geoms = geom_type.shape[0]
+    held = 0
     for i in range(contact_count):
         a, b = geom[i, 0], geom[i, 1]
-        if a < 0 or b < 0 or kept_kinds[geom_type[a], geom_type[b]] == 0:
+        slots[i] = -1
+        if a < 0 or b < 0:
             continue
+        is_anchored = anchors[a] == 1 or anchors[b] == 1
+        if kept_kinds[geom_type[a], geom_type[b]] == 0:
+            is_round = geom_type[a] == SPHERE or geom_type[b] == SPHERE
+            if not is_anchored or not is_round or geom_type[a] == FIELD or geom_type[b] == FIELD:
+                continue
         key = a * geoms + b
         one, two = geom_body[a], geom_body[b]
         reach = min(min(reaches[a], reaches[b]), seen)
@@ -78,8 +91,19 @@ def keep_points(  # pragma: no cover
                     n += 1
                 else:
                     place = least_useful(new_points, pairs, fresh, dist[i], xpos, xmat, one, two)
+            elif is_anchored and new_points[pairs, place, 15] > 0.0:
+                gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two)
+                if gap - thickness <= reach and slid <= reach * reach:
+                    for k in range(3):
+                        fresh[k], fresh[3 + k] = new_points[pairs, place, k], new_points[pairs, place, 3 + k]
+                    for k in range(9):
+                        fresh[6 + k] = frame[i, k] = new_points[pairs, place, 6 + k]
+                    position[i, 0], position[i, 1], position[i, 2] = x, y, z
+                    dist[i] = gap
+                    held += 1
             for k in range(15):
                 new_points[pairs, place, k] = fresh[k]
+            new_points[pairs, place, 15] = 0.0
         m = 0
         while m < n:
             if m == place:
@@ -97,14 +121,52 @@ def keep_points(  # pragma: no cover
             for k in range(9):
                 extra[found, 3 + k] = new_points[pairs, m, 6 + k]
             extra[found, 12] = gap
+            slots[contact_count + found] = MOST * pairs + m
+            new_points[pairs, m, 15] = 0.0
             found += 1
             m += 1
+        if place >= 0:
+            slots[i] = MOST * pairs + place
         if n > 0:
             new_keys[pairs] = key
             new_counts[pairs] = n
             pairs += 1
-    ends[0] = pairs
+    ends[0], ends[3] = pairs, held
     return found
+
+
+def note_slips(contacts, contact_count, slots, force, points):
+    """Note for each point kept whether friction held it in this step. points: (n, 4, 16) of this step."""
+    for i in range(contact_count):
+        row = contacts.address[i]
+        if slots[i] < 0 or row < 0 or contacts.dim[i] < 3:
+            continue
+        most = ALMOST * contacts.friction[i, 0] * force[row]
+        slides = force[row + 1] * force[row + 1] + force[row + 2] * force[row + 2] > most * most
+        points[slots[i] // MOST, slots[i] % MOST, 15] = 0.0 if slides else 1.0
+
+
+def pull_to_anchors(contacts, contact_count, slots, points, anchors, geom_body, xpos, xmat, pull, base):
+    """Write the sliding velocities for which contacts ask: 0, or a pull back of what has slid at an anchor.
+
+    pull: share of the slide in a step over the time step. base: (nefc,) or more, rows of friction written.
+    """
+    for i in range(contact_count):
+        row, a, b = contacts.address[i], contacts.geom[i, 0], contacts.geom[i, 1]
+        if row < 0 or a < 0 or b < 0:
+            continue
+        for k in range(1, contacts.dim[i]):
+            base[row + k] = 0.0
+        if slots[i] < 0 or contacts.dim[i] < 3 or (anchors[a] == 0 and anchors[b] == 0):
+            continue
+        pair, m, one, two = slots[i] // MOST, slots[i] % MOST, geom_body[a], geom_body[b]
+        for d in range(3):
+            slid = xpos[two, d] - xpos[one, d]
+            for k in range(3):
+                slid += xmat[two, 3 * d + k] * points[pair, m, 3 + k]
+                slid -= xmat[one, 3 * d + k] * points[pair, m, k]
+            base[row + 1] -= pull * slid * contacts.frame[i, 3 + d]
+            base[row + 2] -= pull * slid * contacts.frame[i, 6 + d]
 
 
 @compiled(CONTACTS, "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[:,:,::1] f8[::1] -> i8")
@@ -216,7 +278,7 @@ def drop_gaps(  # pragma: no cover
 
 def copy_point(points, pair, m, others, other_pair, other_m):
     """Write a point over another."""
-    for k in range(15):
+    for k in range(16):
         others[other_pair, other_m, k] = points[pair, m, k]
 
 

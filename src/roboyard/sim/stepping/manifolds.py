@@ -18,7 +18,7 @@ from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
-from roboyard.sim.stepping.impulse_records import EXTRA, NOTES, PAIRS, TABLE, Points
+from roboyard.sim.stepping.impulse_records import EXTRA, HELD, NOTES, PAIRS, TABLE, Points
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.transforms import Array
 
@@ -38,7 +38,7 @@ class KeptPoints:
     counts: np.ndarray
     """(n,) number of points."""
     points: Array
-    """(n, 4, 15) places in the frames of both links (m) and the contact frame."""
+    """(n, 4, 16) places in the frames of both links (m), the contact frame, 1 where it did not slide."""
 
 
 class Manifolds:
@@ -118,7 +118,15 @@ class Manifolds:
         kernels().drop_gaps(*contacts, margins, boxes, compound)
         return moved == 1
 
-    def update(self, model: Any, data: Any, found: StepRows, margins: Array, reaches: Array) -> bool:
+    def update(
+        self,
+        model: Any,
+        data: Any,
+        found: StepRows,
+        margins: Array,
+        reaches: Array,
+        anchors: np.ndarray,
+    ) -> bool:
         """Keep the points of the contacts found and add those of earlier steps, after mj_collision.
 
         Args:
@@ -127,9 +135,10 @@ class Manifolds:
             found: the contacts, of which there are some.
             margins: (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes.
             reaches: (ngeom,) gaps (m) from which on the geom's contacts do not push.
+            anchors: (ngeom,) 1 for surfaces with anchors.
 
         Returns:
-            Whether contacts were added, so that constraints have to be made again.
+            Whether contacts were added or moved to anchors, so that constraints have to be made again.
         """
         bound = self._bound
         if bound is None or not bound.keeps:
@@ -140,12 +149,14 @@ class Manifolds:
         now = int(points.notes[TABLE])
         before, after = ((points.keys[k], points.counts[k], points.points[k]) for k in (now, 1 - now))
         extra = kernels().keep_points(
-            *(found.contacts, count, points.kinds, *bound.geoms, *bound.frames, margins, reaches, bound.seen),
+            *(found.contacts, count, points.kinds, *bound.geoms, *bound.frames, margins, reaches),
+            *(anchors, bound.seen),
             *(int(points.notes[PAIRS]), *before, *after, points.fresh, points.source, points.extra),
-            points.notes,
+            *(points.slots, points.notes),
         )
         points.notes[TABLE], points.notes[EXTRA] = 1 - now, extra
-        return extra > 0 and self.add(model, data, found)
+        held = bool(points.notes[HELD])
+        return (extra > 0 and self.add(model, data, found)) or held
 
     def add(self, model: Any, data: Any, found: StepRows) -> bool:
         """Add the points that the last update found besides MuJoCo's contacts, which they are copies of."""
@@ -235,10 +246,11 @@ def _points(pairs: int) -> Points:
         kinds=_kinds_that_keep(),
         keys=np.zeros((2, pairs), np.int64),
         counts=np.zeros((2, pairs), np.int32),
-        points=np.zeros((2, pairs, 4, 15)),
+        points=np.zeros((2, pairs, 4, 16)),
         fresh=np.zeros(15),
         source=np.zeros(4 * pairs, np.int32),
         extra=np.zeros((4 * pairs, 13)),
+        slots=np.full(5 * pairs, -1, np.int32),
         notes=np.zeros(NOTES, np.int64),
     )
 

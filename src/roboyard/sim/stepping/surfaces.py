@@ -33,6 +33,9 @@ class Surfaces:
         self._damping: dict[tuple[int, int], tuple[float, float, float, float]] = {}
         self._compliance: dict[tuple[int, int], tuple[float, float]] = {}
         self._compliance_rows = np.zeros((0, 2))
+        self._anchored: set[tuple[int, int]] = set()
+        self.anchors = np.zeros(0, np.uint8)
+        """(ngeom,) 1 for the geoms of links with anchors."""
         self.margins_of: Callable[[], np.ndarray] | None = None
         """Function that returns the (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes."""
         self.reaches_of: Callable[[], np.ndarray] | None = None
@@ -97,6 +100,7 @@ class Surfaces:
             boxes=boxes,
             compound=compound,
             rounding=rounding,
+            anchors=self.anchors,
             base=self.normal_references(rows),
         )
 
@@ -166,6 +170,19 @@ class Surfaces:
             self._compliance_rows[[geom.id for geom in link._built.geoms]] = stiffness, damping
         self._world.refresh_stepping()
 
+    def set_anchor(self, link: Link, *, is_anchored: bool) -> None:
+        """Let friction hold the contacts of a link where they began, and pull them back when they creep.
+
+        Args:
+            link: the link.
+            is_anchored: whether it does; otherwise contacts that creep are not pulled back.
+        """
+        key = (link.body.id, link.index)
+        (self._anchored.add if is_anchored else self._anchored.discard)(key)
+        if self._restitution_rows is not None and not self._world.is_stale:
+            self.anchors[[geom.id for geom in link._built.geoms]] = is_anchored
+        self._world.refresh_stepping()
+
     def damping(self, link: Link) -> tuple[float, float, float, float]:
         """Return linear k (1/s), linear q (1/m), angular k (1/s) and angular q (-) of a link."""
         return self._damping.get((link.body.id, link.index), (0.0, 0.0, 0.0, 0.0))
@@ -203,6 +220,8 @@ class Surfaces:
         """Remove the settings of a body that is removed."""
         for link in self._world.body_by_id[body_id].links:
             key = (body_id, link.index)
+            if key in self._anchored:
+                self.set_anchor(link, is_anchored=False)
             if key in self._restitution:
                 self.set_restitution(link, 0.0)
                 del self._restitution[key]
@@ -329,6 +348,9 @@ class Surfaces:
         self._compliance_rows = np.zeros((model.ngeom, 2))
         for (body_id, index), values in self._compliance.items():
             self._compliance_rows[[geom.id for geom in bodies[body_id].built.links[index].geoms]] = values
+        self.anchors = np.zeros(model.ngeom, np.uint8)
+        for body_id, index in self._anchored:
+            self.anchors[[geom.id for geom in bodies[body_id].built.links[index].geoms]] = 1
         return damping, restitution
 
 
