@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboyard.description.geometry import geometry_mesh
+from roboyard.description.geometry import geometry_mesh, shape_meshes
 from roboyard.description.model import Collision, Joint, Link, RobotDescription, Visual
 from roboyard.kinematics.description_poses import forward_kinematics, vector_joints
 from roboyard.morphology.joint_ranges import home_position
@@ -224,6 +224,21 @@ def _extremes(shapes: Sequence[Visual | Collision]) -> Array:
             matrix = shape.origin.matrix()
             found.append(mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3])
     return extreme_points(np.concatenate(found)) if found else np.empty((0, 3))
+
+
+def extremes_of_shapes(shapes: Sequence[Visual | Collision], directions: int = DIRECTIONS) -> Array:
+    """(k, 3) extreme points of each of a link's shapes in the link's frame (m), kept on disk.
+
+    Raises:
+        MeshError: a mesh file cannot be read.
+    """
+
+    def make() -> Array:
+        meshes = shape_meshes(shapes)
+        found = [extreme_points(mesh.vertices, directions) for mesh in meshes if len(mesh.vertices)]
+        return np.concatenate(found) if found else np.empty((0, 3))
+
+    return kept_points(f"extremes {directions}", shapes, make)
 
 
 def extreme_points(points: Array, directions: int = DIRECTIONS) -> Array:

@@ -6,20 +6,18 @@ in the frame of the link at which the skeleton begins (m).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
-from roboyard.description.geometry import shape_meshes
-from roboyard.description.model import Collision, Joint, Link, RobotDescription, Visual
+from roboyard.description.model import Joint, Link, RobotDescription
 from roboyard.errors import MeshError
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.morphology.base.virtual import has_shape, is_free_slide, is_planar_motion
 from roboyard.morphology.joint_ranges import home_position
-from roboyard.morphology.kept_points import kept_points
-from roboyard.morphology.point_model import DIRECTIONS, extreme_points
+from roboyard.morphology.point_model import extremes_of_shapes
 from roboyard.transforms import Array
 
 BASE = ""
@@ -227,15 +225,9 @@ def _carried_in_a_plane(description: RobotDescription) -> str | None:
 def _shape_points(link: Link, *, visual: bool) -> Array:
     shapes = link.visuals if visual else link.collisions
     try:
-        return kept_points(f"extremes {DIRECTIONS}", shapes, lambda: _extremes(shapes))
+        return extremes_of_shapes(shapes)
     except MeshError:  # what a broken mesh holds is unknown; other links still show something
         return np.empty((0, 3))
-
-
-def _extremes(shapes: Sequence[Visual | Collision]) -> Array:
-    meshes = shape_meshes(shapes)
-    found = [extreme_points(mesh.vertices) for mesh in meshes if len(mesh.vertices)]
-    return np.concatenate(found) if found else np.empty((0, 3))
 
 
 def is_endless(joint: Joint) -> bool:

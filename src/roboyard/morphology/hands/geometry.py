@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.description.evidence.model import Follower
-from roboyard.description.geometry import shape_meshes
-from roboyard.description.model import Box, Collision, Joint, Link, RobotDescription, Visual
+from roboyard.description.model import Box, Joint, Link, RobotDescription
 from roboyard.errors import MeshError
 from roboyard.kinematics.description_poses import forward_kinematics, position_size
 from roboyard.morphology.joint_ranges import home_position
-from roboyard.morphology.kept_points import kept_points
-from roboyard.morphology.point_model import extreme_points
+from roboyard.morphology.point_model import extremes_of_shapes
 from roboyard.transforms import Array
 
 DIRECTIONS = 64
@@ -190,15 +187,9 @@ def _outline(link: Link) -> Array:
     boxes = all(isinstance(shape.geometry, Box) for shape in link.collisions)
     for shapes in (link.visuals, link.collisions) if boxes else (link.collisions, link.visuals):
         try:
-            found = kept_points(f"extremes {DIRECTIONS}", shapes, partial(_extremes, shapes))
+            found = extremes_of_shapes(shapes, DIRECTIONS)
         except MeshError:
             continue
         if len(found):
             return found
     return np.empty((0, 3))
-
-
-def _extremes(shapes: Sequence[Visual | Collision]) -> Array:
-    meshes = shape_meshes(shapes)
-    found = [extreme_points(mesh.vertices, DIRECTIONS) for mesh in meshes if len(mesh.vertices)]
-    return np.concatenate(found) if found else np.empty((0, 3))
