@@ -49,7 +49,7 @@ attack: $(VENV)/.installed-test
 	  tests/audit/test_hostile.py tests/audit/test_fuzz.py tests/pybullet/test_server_strangers.py \
 	  tests/pybullet/test_server_guards.py tests/test_installations.py tests/cli/test_control_characters.py \
 	  tests/fuzz $(ARGS)
-	$(BIN)/python tools/fuzz_readers.py $(FUZZ)
+	$(MAKE) fuzz
 
 fuzz: $(VENV)/.installed-test
 	$(BIN)/python tools/fuzz_readers.py $(FUZZ)

@@ -101,7 +101,7 @@ def read_xml(source: Path | str, *, max_depth: int = MAX_DEPTH) -> tuple[ET.Elem
         )
     try:
         root = _parse(data, file, max_depth)
-        return root, _without_oddities(root, data)
+        return root, _corrected(root, data)
     except _NotWellFormed as error:
         repaired = _repair(data, file, max_depth)
         if repaired is None:
@@ -113,7 +113,7 @@ def read_xml(source: Path | str, *, max_depth: int = MAX_DEPTH) -> tuple[ET.Elem
         return repaired
 
 
-def _without_oddities(root: ET.Element, data: bytes) -> tuple[str, ...]:
+def _corrected(root: ET.Element, data: bytes) -> tuple[str, ...]:
     """Correct, in place, what has one meaning only; a note on each correction."""
     return (*without_left_calls(root, data), *with_declared_world(root))
 
@@ -149,7 +149,7 @@ def _repair(data: bytes, file: Path | None, max_depth: int) -> tuple[ET.Element,
             notes.append(what)
         try:
             root = _parse(text.encode("utf-8", "replace"), file, max_depth, "utf-8")
-            return root, (*notes, *_without_oddities(root, data))
+            return root, (*notes, *_corrected(root, data))
         except _NotWellFormed:
             continue
     return None

@@ -82,7 +82,7 @@ def parse(data: bytes) -> ET.Element:
 
 
 def _tree(data: bytes) -> ET.Element:
-    """Return the root element; what stands behind its end, such as the rest of a longer file, is skipped."""
+    """Return the root element; content after its end tag, such as the rest of a longer file, is ignored."""
     try:
         return ET.fromstring(data)  # noqa: S314 - no DTD precedes the root element, so no entity can be expanded
     except ET.ParseError:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh import TriangleMesh, bounding_box
 from roboyard.sim.build.hull_store import load_hull, store_hull
 from roboyard.transforms import Array
 
@@ -139,7 +139,7 @@ def _hull(points: Array, steps: int) -> tuple[Array, np.ndarray]:
 
 def _rounded(points: Array, steps: int) -> Array:
     """Return points on a grid of so many steps over each extent, rounded towards the middle."""
-    lower, upper = points.min(axis=0), points.max(axis=0)
+    lower, upper = bounding_box(points)
     size = (upper - lower) / steps
     middle = (lower + upper) * 0.5
     return np.trunc((points - middle) * (1.0 / size)) * size + middle
