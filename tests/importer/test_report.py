@@ -266,7 +266,7 @@ def test_the_file_lies_in_the_package(tmp_path):
 def test_sections_made_in_a_thread_give_the_same_page():
     robot = robot_of(["base", "tip"])
     with ThreadPoolExecutor(max_workers=1) as pool:
-        sections = pool.submit(robot_sections, robot, {}, None).result()
+        sections = pool.submit(robot_sections, robot, {}).result()
     assert import_page(robot, {}, (), sections=sections) == import_page(robot, {}, ())
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import re
 import sys
 import time
@@ -59,12 +60,53 @@ def test_shapes_are_in_the_file_where_they_belong(tmp_path: Path) -> None:
     ball = parts["slide", "collision"]
     rows = np.frombuffer(data, np.uint8, 16 * ball["vertices"], ball["at"]).reshape(-1, 16)
     places = rows[:, :6].copy().view("<u2") / 65535.0 * ball["size"] + ball["low"]
-    np.testing.assert_allclose(np.linalg.norm(places - (0, 0, 1), axis=1), 0.5, atol=1e-3)
+    assert ball["position"] == [0.0, 0.0, 1.0]
+    assert ball["quaternion"] == [0.0, 0.0, 0.0, 1.0]
+    np.testing.assert_allclose(np.linalg.norm(places, axis=1), 0.5, atol=1e-3)
     normals = rows[:, 8:11].copy().view(np.int8) / 127.0
-    np.testing.assert_allclose(normals, (places - (0, 0, 1)) / 0.5, atol=0.25)
+    np.testing.assert_allclose(normals, places / 0.5, atol=0.25)
     faces = np.frombuffer(data, "<u4", ball["faces"], ball["at"] + 16 * ball["vertices"])
     assert faces.max() == ball["vertices"] - 1
     assert robot["joints"][0]["start"] == 0.1  # the limit nearest to zero
+
+
+ALIKE = """
+<robot name="alike"><link name="base">
+  <visual><origin xyz="0 0 1" rpy="0 0 1.5"/>
+    <geometry><mesh filename="tetra.obj" scale="2 1 1"/></geometry></visual>
+  <visual><origin xyz="0 3 0"/><geometry><mesh filename="tetra.obj" scale="2 1 1"/></geometry></visual>
+  <visual><geometry><mesh filename="tetra.obj" scale="-2 1 1"/></geometry></visual>
+  <visual><geometry><mesh filename="tetra.obj" scale="2 1 1"/></geometry>
+    <material name="red"><color rgba="1 0 0 1"/></material></visual>
+  <visual><geometry><box size="1 2 3"/></geometry></visual>
+  <visual><origin xyz="0 5 0"/><geometry><box size="1 2 3"/></geometry></visual>
+</link></robot>
+"""
+
+
+def test_equal_shapes_are_in_the_file_once_and_mirrored_ones_face_outwards(tmp_path: Path) -> None:
+    (tmp_path / "tetra.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    )
+    file = tmp_path / "robot.urdf"
+    file.write_text(ALIKE)
+    robot, data = contents(robot_page(load_description(file)))
+    turned, moved, mirrored, red, box, other_box = robot["parts"]
+    assert turned["at"] == moved["at"]
+    assert box["at"] == other_box["at"]
+    assert len({turned["at"], mirrored["at"], red["at"], box["at"]}) == 4
+    assert turned["quaternion"] == pytest.approx([0.0, 0.0, math.sin(0.75), math.cos(0.75)])
+    assert moved["position"] == [0.0, 3.0, 0.0]
+    for part, color in ((moved, None), (mirrored, None), (red, (255, 0, 0, 255))):
+        rows = np.frombuffer(data, np.uint8, 16 * part["vertices"], part["at"]).reshape(-1, 16)
+        places = rows[:, :6].copy().view("<u2") / 65535.0 * part["size"] + part["low"]
+        end = part["at"] + 16 * part["vertices"]
+        corners = places[np.frombuffer(data, "<u4", part["faces"], end).reshape(-1, 3)]
+        volume = np.einsum("ni,ni->n", np.cross(corners[:, 0], corners[:, 1]), corners[:, 2]).sum() / 6
+        assert volume == pytest.approx(2 / 6, rel=1e-3)
+        if color is not None:
+            assert (rows[:, 12:] == color).all()
+    assert mirrored["low"] == pytest.approx([-2.0, 0.0, 0.0])
 
 
 def test_names_cannot_leave_their_place_and_nothing_is_loaded(tmp_path: Path) -> None:

@@ -110,6 +110,7 @@ def build_package(
     missing_meshes: Literal["warn", "error"] | None = None,
     progress: ProgressCallback | None = None,
     begin: Begin | None = None,
+    repaired: Finish | None = None,
     planned: Finish | None = None,
     finish: Finish | None = None,
 ) -> PackageResult:
@@ -134,6 +135,7 @@ def build_package(
             visual shapes are omitted and collision shapes refused.
         progress: called with each step and its progress.
         begin: called once the source was read.
+        repaired: called with the repaired robot; its meshes are in the build folder.
         planned: called with the robot before its files are written; its meshes are in the build folder.
         finish: called with the robot after its files are written and before they are moved in; it may add
             files to the package and facts to its log.
@@ -181,7 +183,7 @@ def build_package(
             )
             if begin is not None:
                 begin(context)
-            robot = _build(context, planned, finish)
+            robot = _build(context, repaired, planned, finish)
             _copy_to_model_folder(build, robot.name)
             final = rebased(robot, context.build, folders.object)
     return PackageResult(
@@ -195,7 +197,9 @@ def build_package(
     )
 
 
-def _build(context: ImportContext, planned: Finish | None, finish: Finish | None) -> RobotModel:
+def _build(
+    context: ImportContext, repaired: Finish | None, planned: Finish | None, finish: Finish | None
+) -> RobotModel:
     from roboyard.importer.resolved_findings import mark_resolved
     from roboyard.importer.verify.read_back import check_files
     from roboyard.importer.write_formats import write_package
@@ -203,6 +207,8 @@ def _build(context: ImportContext, planned: Finish | None, finish: Finish | None
     log = context.log
     with log.step("stage_and_clean"):
         robot = repair_and_copy_files(context)
+    if repaired is not None:
+        repaired(robot, context)
     context = with_inferred_settings(context, robot)
     for step in STEPS:
         with log.step(step.__module__.rpartition(".")[2]):

@@ -93,6 +93,7 @@ def import_robot(
         DescriptionError: the URDF cannot be used.
     """
     found: list[ValidationReport] = []
+    before: list[Part[list[str]]] = []
     drawing: list[Part[RobotSections]] = []
 
     with SecondProcess() as second:
@@ -102,11 +103,20 @@ def import_robot(
                 second.begin()
                 second.call(get_ready)
 
+        # pictures take no part in what follows
+        def draw_source(robot: RobotModel, context: ImportContext) -> None:
+            from roboyard.importer.report.page import source_pictures
+            from roboyard.importer.report.pictures import prepare_visuals
+
+            if report:
+                before.append(second.call(source_pictures, context.source))
+                second.call(prepare_visuals, robot.description)
+
         def draw(robot: RobotModel, context: ImportContext) -> None:
             from roboyard.importer.report.page import robot_sections
 
-            if report:  # pictures take no part in what follows
-                drawing.append(second.call(robot_sections, robot, context.log.facts, context.source))
+            if report:
+                drawing.append(second.call(robot_sections, robot, context.log.facts))
 
         def finish(robot: RobotModel, context: ImportContext) -> None:
             from roboyard.importer.report.page import write_import_page
@@ -114,9 +124,10 @@ def import_robot(
             if validate:
                 with context.log.step("validation"):
                     found.extend(_validation(robot, context, second))
-            for part in drawing:
+            for source_part, part in zip(before, drawing, strict=True):
                 with context.log.step("report"):
-                    write_import_page(robot, context, found[0] if found else None, part.result())
+                    pictures = source_part.result()
+                    write_import_page(robot, context, found[0] if found else None, pictures, part.result())
 
         built = build_package(
             source,
@@ -130,6 +141,7 @@ def import_robot(
             missing_meshes=missing_meshes,
             progress=progress,
             begin=begin,
+            repaired=draw_source,
             planned=draw,
             finish=finish,
         )

@@ -72,35 +72,50 @@ class RobotSections:
     """The page's sections with pictures, which do not depend on how the robot fares in simulation."""
 
     parts: list[str]
-    sides: list[str]
-    """The vendor's robot beside the imported one."""
+    result: list[str]
+    """Pictures of the imported robot."""
     moving: list[str]
     links: list[str]
 
 
-def robot_sections(robot: RobotModel, facts: Mapping[str, Any], source: UrdfElements | None) -> RobotSections:
+def robot_sections(robot: RobotModel, facts: Mapping[str, Any]) -> RobotSections:
     """Return the sections with pictures; the arguments are those of `import_page`."""
     return RobotSections(
         parts=parts_section(robot),
-        sides=_before_and_after(robot, source),
+        result=[
+            figure(_portrait(view), kind, 380)
+            for kind in KINDS
+            if not (view := view_of_robot(robot, kind)).is_empty
+        ],
         moving=_moving(robot),
         links=link_rows(robot, facts),
     )
+
+
+def source_pictures(source: UrdfElements) -> list[str]:
+    """Return pictures of the vendor's robot, which need nothing of the imported one."""
+    kinds: tuple[Kind, ...] = ("visual", "collision")
+    return [
+        figure(_portrait(view), f"{kind} shapes", 380)
+        for kind in kinds
+        if not (view := view_of(source, kind=kind, strict=True)).is_empty
+    ]
 
 
 def write_import_page(
     robot: RobotModel,
     context: ImportContext,
     validation: ValidationReport | None = None,
+    source: Sequence[str] | None = None,
     sections: RobotSections | None = None,
 ) -> None:
-    """Write the report beside the other files of the package."""
+    """Write the report beside the other files of the package; pictures are drawn if they are not given."""
     text = import_page(
         robot,
         context.log.facts,
         context.log.warnings,
         validation,
-        source=context.source,
+        source=source_pictures(context.source) if source is None else source,
         sections=sections,
     )
     (context.build / "import_report.html").write_text(
@@ -114,7 +129,7 @@ def import_page(
     warnings: Sequence[Any],
     validation: ValidationReport | None = None,
     *,
-    source: UrdfElements | None = None,
+    source: Sequence[str] = (),
     sections: RobotSections | None = None,
 ) -> str:
     """Return the page as HTML; every name in it is escaped.
@@ -124,16 +139,16 @@ def import_page(
         facts: facts of the import's log.
         warnings: the log's decisions that the user should check.
         validation: results of the gates, where they ran.
-        source: elements of the vendor's file, for its pictures.
+        source: pictures of the vendor's robot, as `source_pictures` returns them.
         sections: the sections with pictures where they were made before.
     """
-    shown = sections or robot_sections(robot, facts, source)
+    shown = sections or robot_sections(robot, facts)
     body = [
         f"<h1>{escape(robot.name)}</h1>",
         _badges(facts, warnings, validation),
         _cards(robot, facts),
         *shown.parts,
-        *shown.sides,
+        *_sides(source, shown.result),
         *shown.moving,
         *_warnings(warnings),
         *conclusion_table(facts),
@@ -192,25 +207,12 @@ def _cards(robot: RobotModel, facts: Mapping[str, Any]) -> str:
     return f'<div class="cards">{shown}</div>{said}'
 
 
-def _before_and_after(robot: RobotModel, source: UrdfElements | None) -> list[str]:
+def _sides(source: Sequence[str], result: Sequence[str]) -> list[str]:
     """Return pictures of the vendor's robot beside those of the imported one."""
-    before: list[str] = []
-    kinds: tuple[Kind, ...] = ("visual", "collision")
-    if source is not None:
-        for kind in kinds:
-            view = view_of(source, kind=kind, strict=True)
-            if not view.is_empty:
-                before.append(figure(_portrait(view), f"{kind} shapes", 380))
-    after = [
-        figure(_portrait(view), kind, 380)
-        for kind in KINDS
-        if not (view := view_of_robot(robot, kind)).is_empty
-    ]
-    sides = [("Source", before), ("Result", after)]
     shown = [
         f'<div style="flex:{len(figures)}"><h3>{name}</h3><div class="pictures">{"".join(figures)}</div>'
         "</div>"
-        for name, figures in sides
+        for name, figures in (("Source", source), ("Result", result))
         if figures
     ]
     return ["<h2>The robot</h2>", f'<div class="sides">{"".join(shown)}</div>'] if shown else []

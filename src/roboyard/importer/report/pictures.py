@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Literal
@@ -12,9 +13,11 @@ import numpy as np
 from roboyard.description.geometry import geometry_mesh
 from roboyard.description.model import Collision, Link, Mesh, RobotDescription, Visual
 from roboyard.description.robot_model import CollisionSphere, RobotModel
+from roboyard.errors import MeshError
 from roboyard.importer.planning.rest_posture import nearest_to_zero
 from roboyard.kinematics.description_poses import forward_kinematics, vector_joints
 from roboyard.rendering import RenderShape
+from roboyard.rendering.mesh_arrays import mesh_arrays
 from roboyard.reports.pictures import PLAIN, RGBA, SceneView, gathered
 from roboyard.shapes import primitives
 from roboyard.shapes.simplify import for_small_pictures
@@ -67,6 +70,15 @@ def warm_up() -> None:
     """Draw a ball, so that everything is loaded that draws."""
     ball = _sphere(CollisionSphere(center=(0.0, 0.0, 0.0), radius=1.0), 0)
     gathered([("ball", np.eye(4), lambda _: [ball])]).picture(width=16, height=16)
+
+
+def prepare_visuals(description: RobotDescription) -> None:
+    """Load and simplify the visual meshes of a robot, which pictures of it will need."""
+    for link in description.links:
+        for visual in link.visuals:
+            with suppress(MeshError):  # raised again where the robot is drawn
+                if (shape := drawn_shape(visual, 0, None)) is not None:
+                    mesh_arrays(shape.mesh)
 
 
 def resting_frames(description: RobotDescription) -> dict[str, Array]:

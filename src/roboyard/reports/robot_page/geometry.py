@@ -1,4 +1,4 @@
-"""Triangles of a robot, packed for a browser: 16 bytes per vertex, in link frames."""
+"""Triangles of a robot, packed for a browser: 16 bytes per vertex, equal shapes once."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.description.geometry import geometry_mesh
-from roboyard.description.model import Collision, Mesh, RobotDescription, Visual
+from roboyard.description.model import Collision, Mesh, Pose, RobotDescription, Visual
 from roboyard.rendering.mesh_arrays import mesh_arrays
 from roboyard.shapes.mesh import TriangleMesh, bounding_box
 from roboyard.shapes.simplify import for_small_pictures
-from roboyard.transforms import matrix_from_quaternion
 
 PLAIN = (0.72, 0.74, 0.78, 1.0)
 """RGBA of visual shapes without a colour."""
@@ -23,13 +22,10 @@ STEPS = 65535
 """Steps of a coordinate over the extent of its part."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Part:
-    """Triangles of one shape in the frame of its link."""
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Triangles:
+    """Triangles in the frame of their shapes, their scale applied."""
 
-    link: str
-    layer: str
-    """visual or collision"""
     low: tuple[float, ...]
     """(3,) lower corner of the bounding box (m)."""
     size: tuple[float, ...]
@@ -40,40 +36,67 @@ class Part:
     """Three uint32 for each triangle."""
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Part:
+    """One shape of a link."""
+
+    link: str
+    layer: str
+    """visual or collision"""
+    origin: Pose
+    """Pose of the shape in the frame of its link."""
+    triangles: Triangles
+    """The same object for equal shapes in equal colours."""
+
+
 def parts_of(description: RobotDescription, *, small: bool) -> Iterator[Part]:
     """Yield the visual and collision shapes of all links; infinite and empty ones are omitted.
 
     With `small`, dense meshes are simplified as for small pictures.
     """
+    known: dict[tuple[object, ...], tuple[TriangleMesh, Triangles | None]] = {}
     for link in description.links:
         for layer, shapes in (("visual", link.visuals), ("collision", link.collisions)):
             for shape in shapes:
-                part = _part(link.name, layer, shape, small)
-                if part is not None:
-                    yield part
+                triangles = _triangles(shape, small, known)
+                if triangles is not None:
+                    yield Part(link=link.name, layer=layer, origin=shape.origin, triangles=triangles)
 
 
-def _part(link: str, layer: str, shape: Visual | Collision, small: bool) -> Part | None:
-    geometry, scale = shape.geometry, np.ones(3)
+def _triangles(
+    shape: Visual | Collision,
+    small: bool,
+    known: dict[tuple[object, ...], tuple[TriangleMesh, Triangles | None]],
+) -> Triangles | None:
+    """Return the triangles of a shape, packed now or for an equal shape before; `known` gains them."""
+    geometry, scale = shape.geometry, (1.0, 1.0, 1.0)
     if isinstance(geometry, Mesh):
-        geometry, scale = replace(geometry, scale=(1.0, 1.0, 1.0)), np.array(geometry.scale, dtype=float)
+        geometry, scale = replace(geometry, scale=scale), geometry.scale
     mesh = geometry_mesh(geometry)
     if mesh is None or not len(mesh.faces):
         return None
-    if small:
-        mesh = for_small_pictures(mesh)
+    rgba = GREEN
+    if isinstance(shape, Visual):
+        rgba = None if shape.material is None else shape.material.rgba
+    key = (id(mesh) if isinstance(geometry, Mesh) else geometry, scale, rgba)
+    if key not in known:  # which keeps the mesh, so that no other gets its id
+        known[key] = mesh, _packed(for_small_pictures(mesh) if small else mesh, np.array(scale), rgba)
+    return known[key][1]
+
+
+def _packed(mesh: TriangleMesh, scale: NDArray, rgba: Sequence[float] | None) -> Triangles | None:
+    """Return a mesh packed in one colour, or in its own where `rgba` is None; None where it has no face."""
     arrays = mesh_arrays(mesh)
     if not len(arrays.faces):
         return None
-    turn = matrix_from_quaternion(shape.origin.quaternion)
-    corners = (arrays.vertices[arrays.faces].reshape(-1, 3) * scale) @ turn.T + shape.origin.position
-    normals = arrays.normals.reshape(-1, 3) / np.where(scale == 0.0, 1.0, scale) @ turn.T
+    corners = arrays.vertices[arrays.faces].reshape(-1, 3) * scale
+    normals = arrays.normals.reshape(-1, 3) / np.where(scale == 0.0, 1.0, scale)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    colors = _own_colors(mesh, len(corners)) if rgba is None else _plain(rgba, len(corners))
     if np.prod(scale) < 0:  # mirroring reverses the order of the corners
-        corners, normals = (a.reshape(-1, 3, 3)[:, ::-1].reshape(-1, 3) for a in (corners, normals))
-    colors = _plain(GREEN, len(corners))
-    if isinstance(shape, Visual):
-        colors = _colors(shape, mesh, len(corners))
+        corners, normals, colors = (
+            a.reshape(-1, 3, a.shape[1])[:, ::-1].reshape(-1, a.shape[1]) for a in (corners, normals, colors)
+        )
     low, high = bounding_box(corners)
     size = np.maximum(high - low, 1e-9)
     rows = np.zeros((len(corners), 16), dtype=np.uint8)
@@ -82,9 +105,7 @@ def _part(link: str, layer: str, shape: Visual | Collision, small: bool) -> Part
     rows[:, 8:11] = np.round(127 * normals).astype(np.int8).view(np.uint8)
     rows[:, 12:] = colors.astype(np.uint8)
     distinct, index = _distinct(rows)
-    return Part(
-        link=link,
-        layer=layer,
+    return Triangles(
         low=tuple(np.round(low, 7).tolist()),
         size=tuple(np.round(size, 7).tolist()),
         vertices=distinct.tobytes(),
@@ -93,16 +114,19 @@ def _part(link: str, layer: str, shape: Visual | Collision, small: bool) -> Part
 
 
 def _distinct(rows: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
-    keys = np.ascontiguousarray(rows).view(np.dtype((np.void, rows.shape[1]))).ravel()
-    _, first, index = np.unique(keys, return_index=True, return_inverse=True)
-    return rows[first], index.ravel()
+    """Return the different rows of 16 bytes, and for each row its index in them."""
+    halves = np.ascontiguousarray(rows).view(np.uint64)
+    order = np.lexsort((halves[:, 1], halves[:, 0]))
+    ordered = halves[order]
+    is_first = np.ones(len(rows), dtype=bool)
+    is_first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    index = np.empty(len(rows), dtype=np.intp)
+    index[order] = np.cumsum(is_first) - 1
+    return rows[order[is_first]], index
 
 
-def _colors(shape: Visual, mesh: TriangleMesh, count: int) -> NDArray[np.float64]:
+def _own_colors(mesh: TriangleMesh, count: int) -> NDArray[np.float64]:
     """Return (count, 4) RGBA of the corners, 0 to 255; textures give the colour below each corner."""
-    own = shape.material.rgba if shape.material is not None else None
-    if own is not None:
-        return _plain(own, count)
     arrays = mesh_arrays(mesh)
     if mesh.texture is not None and arrays.uv is not None:
         height, width = mesh.texture.shape[:2]

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from roboyard.description.model import Joint, RobotDescription
-from roboyard.reports.robot_page.geometry import parts_of
+from roboyard.reports.robot_page.geometry import Triangles, parts_of
 
 FREE = {"revolute": math.pi, "continuous": math.pi, "prismatic": 1.0}
 """Half the range of a joint without limits (rad or m)."""
@@ -33,20 +33,26 @@ def robot_page(
         small: simplify dense meshes.
     """
     data = bytearray()
+    starts: dict[Triangles, int] = {}
     parts: list[dict[str, Any]] = []
     for part in parts_of(description, small=small):
+        triangles = part.triangles
+        if triangles not in starts:
+            starts[triangles] = len(data)
+            data += triangles.vertices + triangles.faces
         parts.append(
             {
                 "link": part.link,
                 "layer": part.layer,
-                "low": part.low,
-                "size": part.size,
-                "at": len(data),
-                "vertices": len(part.vertices) // 16,
-                "faces": len(part.faces) // 4,
+                "position": list(part.origin.position),
+                "quaternion": list(part.origin.quaternion),
+                "low": triangles.low,
+                "size": triangles.size,
+                "at": starts[triangles],
+                "vertices": len(triangles.vertices) // 16,
+                "faces": len(triangles.faces) // 4,
             }
         )
-        data += part.vertices + part.faces
     robot = {
         "name": description.name,
         "links": [link.name for link in description.links],
