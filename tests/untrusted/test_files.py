@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from roboyard.untrusted.arrays import ArraysError, read_arrays, unpack_arrays
-from roboyard.untrusted.files import FileRefusedError, check_file, is_inside, read_file
+from roboyard.untrusted.files import FileRefusedError, check_file, is_inside, read_file, read_head
 from roboyard.untrusted.text import one_line, printable
 
 
@@ -25,6 +25,7 @@ def test_a_file_of_the_allowed_size_is_read_and_a_larger_one_is_not(tmp_path: Pa
         with pytest.raises(FileRefusedError) as error:
             refused(file, 99)
         assert error.value.strerror == "100 bytes is too large (at most 99 bytes)"
+    assert (read_head(file, 7), read_head(file, 1000)) == (b"x" * 7, b"x" * 100)
 
 
 def test_pipes_sockets_and_devices_are_refused_at_once(tmp_path: Path) -> None:
@@ -33,7 +34,7 @@ def test_pipes_sockets_and_devices_are_refused_at_once(tmp_path: Path) -> None:
     with socket.socket(socket.AF_UNIX) as server:
         server.bind(str(tmp_path / "s"))
         for file in (tmp_path / "pipe", tmp_path / "link", tmp_path / "s", Path("/dev/zero")):
-            for refused in (read_file, check_file):
+            for refused in (read_file, read_head, check_file):
                 with pytest.raises(OSError):
                     refused(file, 1000)
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.demo.sweep import Sweep, first_sweep
+from roboyard.description.mass_properties import GRAVITY
 from roboyard.morphology.point_model import PointModel, extreme_points
 from roboyard.morphology.support_mode import SupportMode, decide
 from roboyard.transforms import Array
@@ -34,8 +35,6 @@ CLEARANCE = 0.05
 """Distance between a robot on a stand and the floor (m)."""
 SINK = 0.01
 """Depth below its feet at which a part of a free robot counts as in the floor (m)."""
-GRAVITY = 9.81
-"""Gravitational acceleration (m/s²)."""
 TIPPING_SHARE = 0.15
 """Share of the tipping moment that the reaction to a sweep may reach."""
 ROLLING_SPEED = 1.2

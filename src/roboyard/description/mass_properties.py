@@ -18,6 +18,8 @@ MIN_INERTIA = 1e-12
 """Smallest principal moment (kg m²) of a moving body; MuJoCo's own limit is 1e-15."""
 MASSLESS_FRACTION = 1e-6
 """Mass of a moving part without mass, as a share of the robot's."""
+GRAVITY = 9.81
+"""Acceleration of free fall, from which the loads of drives and contacts are computed (m/s²)."""
 TRACE_NOTE = "moves but has no mass; assigned a millionth of the robot's mass"
 
 

@@ -8,9 +8,10 @@ from roboyard.description.semantic import BaseKind, RobotKind
 from roboyard.morphology.base.drive import WheeledBase
 from roboyard.morphology.base.rotors import Rotors
 from roboyard.morphology.base.virtual import find_virtual_base
-from roboyard.morphology.limbs.roles import WORLD_NAMES, Roles
+from roboyard.morphology.limbs.roles import Roles
 from roboyard.morphology.sensors.names import named_kinds
 from roboyard.morphology.skeleton import BASE, Skeleton
+from roboyard.morphology.words import stands_for_the_world
 
 MOST_FINGERS_OF_A_GRIPPER = 2
 """With more fingers it is a hand."""
@@ -130,7 +131,7 @@ def _still(skeleton: Skeleton, roles: Roles) -> Kind:
     if deepest == 0:
         return _kind("object", "none", 0.9, ("it has no moving joint",))
     root = skeleton.description.root
-    is_world = root.name.lower() in WORLD_NAMES and root.inertial is None
+    is_world = stands_for_the_world(root)
     if deepest == 1:
         return _kind("object", "none", 0.5 if is_world else 0.6, ("its parts move by one joint each",))
     return _kind("other", "fixed", 0.4, ("its joints make neither an arm, nor legs, nor a wheeled base",))

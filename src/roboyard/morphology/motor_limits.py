@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from roboyard.description.mass_properties import GRAVITY
 from roboyard.description.model import Joint, RobotDescription
 
 COMMON = 1 / 3
@@ -24,7 +25,6 @@ MIN_EFFORT = {"revolute": 1.0, "prismatic": 10.0}
 """Smallest effort limits (N m and N)."""
 VELOCITY = {"revolute": np.pi, "prismatic": 0.5}
 """Velocity limits for joints whose velocity limit is 0 too (rad/s and m/s)."""
-GRAVITY = 9.81
 
 
 def with_motors(description: RobotDescription) -> tuple[RobotDescription, tuple[str, ...]]:

@@ -17,12 +17,11 @@ import numpy as np
 
 from roboyard.morphology.joint_ranges import full_range
 from roboyard.morphology.point_model import PointModel
+from roboyard.morphology.words import stands_for_the_world
 from roboyard.transforms import Array
 
 Kind = Literal["free", "supported", "mounted"]
 
-WORLD_NAMES = ("world", "map", "odom")
-"""Root links of these names, without mass and shape, are the world itself."""
 LEAST_MARGIN = 0.005
 """Of the robot's size: how far its weight has to lie inside what it stands on."""
 SAMPLES = 25
@@ -87,7 +86,7 @@ def decide(figure: PointModel) -> SupportMode:
         )
 
     root = figure.description.root
-    if root.name.lower() in WORLD_NAMES and root.inertial is None and root.name not in figure.outlines:
+    if stands_for_the_world(root) and root.name not in figure.outlines:
         return found("mounted", f'its root link is "{root.name}"')
     touching = {link.name for link in figure.description.links if link.collisions}
     if not touching.intersection(feet):

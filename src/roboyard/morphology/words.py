@@ -11,6 +11,10 @@ from collections.abc import Iterable
 from functools import lru_cache
 from itertools import pairwise
 
+from roboyard.description.model import Link
+
+WORLD_NAMES = ("world", "map", "odom")
+"""Root links of these names are the world itself."""
 _WORDS: dict[str, str] = {
     "wheel": "wheel wheels roue roues rad raeder rueda ruota roda tire tyre tires whl lunzi koleso",
     "steer": "steer steering lenk direction servo knuckle swerve rudder volant",
@@ -103,3 +107,8 @@ def side(names: Iterable[str]) -> str | None:
     listed = list(names)
     left, right = count("left", listed), count("right", listed)
     return None if left == right else "left" if left > right else "right"
+
+
+def stands_for_the_world(root: Link) -> bool:
+    """Return whether a root link is named as the world is, and has no mass."""
+    return root.name.lower() in WORLD_NAMES and root.inertial is None

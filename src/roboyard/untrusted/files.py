@@ -41,6 +41,18 @@ def read_file(file: Path | str, max_bytes: int) -> bytes:
     return data
 
 
+def read_head(file: Path | str, count: int) -> bytes:
+    """Return the first bytes of a regular file of any size, at most `count`.
+
+    Raises:
+        FileRefusedError: it is a folder, a pipe, a device or a socket.
+        OSError: it does not exist or cannot be read.
+        ValueError: its name has a null character.
+    """
+    with open(file, "rb", opener=_open_without_waiting) as stream:
+        return stream.read(count)
+
+
 def check_file(file: Path | str, max_bytes: int) -> int:
     """Return the size (bytes) of a file that another library is about to open.
 

@@ -12,9 +12,8 @@ from roboyard.audit.findings import WARNING
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.description.urdf.elements import InertialElement, LinkElement, ShapeElement
 from roboyard.description.urdf.parse import UrdfElements
-from roboyard.shapes.load import MAX_FILE_BYTES
 from roboyard.transforms import Array
-from roboyard.untrusted.files import read_file
+from roboyard.untrusted.files import read_head
 
 Y_TO_Z = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """(4, 4) turn of a mesh whose file is drawn with y up, for programs that honour `<up_axis>`."""
@@ -67,7 +66,7 @@ def y_up_shapes(link: LinkElement) -> Iterator[ShapeElement]:
         path = None if shape.mesh is None else shape.mesh.found.path
         if path is None or path.suffix.lower() != ".dae" or shape.bounds is None:
             continue
-        if re.search(rb"<up_axis>\s*Y_UP", read_file(path, MAX_FILE_BYTES)[:HEAD]):
+        if re.search(rb"<up_axis>\s*Y_UP", read_head(path, HEAD)):
             yield shape
 
 

@@ -11,11 +11,9 @@ from roboyard.morphology.limbs.chains import Anatomy, Limb
 from roboyard.morphology.limbs.directions import find_directions
 from roboyard.morphology.limbs.pairs import Pair, find_pairs, similar_group
 from roboyard.morphology.skeleton import BASE, Skeleton, is_endless
-from roboyard.morphology.words import meanings, share, side
+from roboyard.morphology.words import meanings, share, side, stands_for_the_world
 from roboyard.transforms import Array
 
-WORLD_NAMES = ("world", "map", "odom")
-"""Root links of these names are the world itself."""
 LEG_NAMES = 3.0
 """Evidence of names from which chains with grippers at their ends are legs: robots that climb."""
 CLUSTER = 0.7
@@ -180,7 +178,7 @@ def _leg_score(
     if len(pair.first.joints) < 2 or (has_palm and by_name < LEG_NAMES):
         return -9.0, ()
     root = skeleton.description.root
-    if root.name.lower() in WORLD_NAMES and root.inertial is None:
+    if stands_for_the_world(root):
         return -9.0, ()
     heights = skeleton.spots @ up
     if not len(heights):

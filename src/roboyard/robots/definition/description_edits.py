@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from roboyard.description.mass_properties import GRAVITY
 from roboyard.description.model import Collision, Joint, Link, Mesh, Pose, RobotDescription, Sphere
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.robots.definition.schema import RobotDefinition
@@ -15,7 +16,6 @@ from roboyard.robots.stability.wheels import Wheel, as_sphere, driven_wheels, me
 
 SWIVEL_FRICTION = 1e-3
 """Dry friction of a caster's joints as a multiple of the load (m): bearings and the floor below the wheel."""
-GRAVITY = 9.81
 
 
 def edit_description(definition: RobotDefinition, description: RobotDescription) -> RobotDescription:

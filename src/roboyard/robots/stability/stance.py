@@ -12,12 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roboyard.description.mass_properties import GRAVITY
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.robots.robot_body import RobotBody
 from roboyard.transforms import Array, pose_matrix
 
-GRAVITY = 9.81
-"""Acceleration of free fall (m/s²)."""
 STIFFER = 6.0
 """Stiffness of a leg's joint, in multiples of the one with which the robot above it topples."""
 LEAST_ERROR = 0.03

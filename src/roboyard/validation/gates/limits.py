@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from roboyard.description.mass_properties import GRAVITY
 from roboyard.robots import Robot
 from roboyard.robots.definition.postures import file_postures
 from roboyard.robots.limits import LIMITLESS
@@ -23,7 +24,6 @@ DEPTH = 3e-3
 """Least depth of an overlap that stops a turn (m)."""
 TOO_STRONG = 50.0
 """Effort limit / the torque of the robot's weight at its full length, above which it is no motor's."""
-GRAVITY = 9.81
 
 
 def limits_gates(test_world: TestWorld) -> tuple[Gate, ...]:

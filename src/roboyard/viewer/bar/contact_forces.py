@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard.description.mass_properties import GRAVITY
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
@@ -17,7 +18,6 @@ LENGTH = 0.3
 RADIUS = 0.006
 """Radius of an arrow's shaft (m)."""
 RED, BLUE = (230, 40, 30), (30, 90, 230)
-GRAVITY = 9.81
 LEAST = 0.02
 """Shortest arrow that is drawn, as a fraction of the longest allowed one."""
 LONGEST = 1.5

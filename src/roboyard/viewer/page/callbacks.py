@@ -35,3 +35,8 @@ def in_order(call: Callable[[Any], object]) -> Callback:
 def of_pages(call: Callable[[Any], object]) -> Callback:
     """Return a callback as `in_order` does, that ignores changes by this program: only pages count."""
     return in_order(lambda event: call(event) if event.client_id is not None else None)
+
+
+def carried_out_by(do: Callable[[Callable[[], None]], None]) -> Callable[[Callable[[], None]], Callback]:
+    """Return a function that makes callbacks of changes, as `of_pages` does; `do` carries a change out."""
+    return lambda change: of_pages(lambda _: do(change))

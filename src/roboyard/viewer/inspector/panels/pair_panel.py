@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard.errors import ConfigError
 from roboyard.viewer.inspector.edits.edit_state import EditState, Pair, pair
-from roboyard.viewer.page.callbacks import Callback, in_order, of_pages
+from roboyard.viewer.page.callbacks import carried_out_by, in_order
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -54,9 +54,7 @@ class PairPanel:
                 "Add overlapping pairs", hint="those of the current posture"
             )
 
-        def by_user(change: Callable[[], None]) -> Callback:
-            return of_pages(lambda _: self._do(change))
-
+        by_user = carried_out_by(self._do)
         self.choice.on_update(by_user(lambda: self.pick(self._chosen())))
         self.physics_box.on_update(by_user(self._ticked))
         self.planner_box.on_update(by_user(self._ticked))

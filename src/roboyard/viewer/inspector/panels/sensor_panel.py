@@ -15,7 +15,7 @@ from roboyard.viewer.inspector.layers.gizmo import Gizmo
 from roboyard.viewer.inspector.layers.sensor_layer import SensorLayer
 from roboyard.viewer.inspector.panels.camera_panel import HEIGHT, WIDTH, blank
 from roboyard.viewer.inspector.panels.camera_panel import KINDS as PICTURES
-from roboyard.viewer.page.callbacks import Callback, in_order, of_pages
+from roboyard.viewer.page.callbacks import carried_out_by, in_order
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -75,9 +75,7 @@ class SensorPanel:
         self.refresh()
 
     def _listen(self) -> None:
-        def by_user(change: Callable[[], None]) -> Callback:
-            return of_pages(lambda _: self._do(change))
-
+        by_user = carried_out_by(self._do)
         self.choice.on_update(by_user(lambda: self.pick(self.named(self.choice.value))))
         self.position.on_update(by_user(self._typed))
         self.turn.on_update(by_user(self._typed))

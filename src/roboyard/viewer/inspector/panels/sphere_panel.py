@@ -10,7 +10,7 @@ import numpy as np
 from roboyard.viewer.inspector.edits.edit_state import EditedSphere, EditState
 from roboyard.viewer.inspector.layers.gizmo import Gizmo
 from roboyard.viewer.inspector.layers.sphere_layer import SphereLayer
-from roboyard.viewer.page.callbacks import Callback, in_order, of_pages
+from roboyard.viewer.page.callbacks import carried_out_by, in_order
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -49,9 +49,7 @@ class SpherePanel:
         )
         self.delete_button = gui.add_button("Delete the selected one")
 
-        def by_user(change: Callable[[], None]) -> Callback:
-            return of_pages(lambda _: self._do(change))
-
+        by_user = carried_out_by(self._do)
         self.link_choice.on_update(by_user(lambda: self.pick(self.link, 0 if self._spheres() else None)))
         self.sphere_choice.on_update(by_user(self._chosen))
         self.center.on_update(by_user(self._typed))
