@@ -155,9 +155,14 @@ COMPILED = (
 )
 
 
-def test_bytecode_is_stored_for_later_processes_where_python_stores_none(tmp_path: Path) -> None:
-    package = tmp_path / "source" / "roboyard"
+def copied_package(folder: Path) -> Path:
+    package = folder / "roboyard"
     shutil.copytree(Path(SOURCE) / "roboyard", package, ignore=shutil.ignore_patterns("__pycache__", "*.o"))
+    return package
+
+
+def test_bytecode_is_stored_for_later_processes_where_python_stores_none(tmp_path: Path) -> None:
+    package = copied_package(tmp_path / "source")
     cache = tmp_path / "cache"
     others = {
         "PYTHONPATH": str(package.parent),
@@ -165,9 +170,9 @@ def test_bytecode_is_stored_for_later_processes_where_python_stores_none(tmp_pat
         "XDG_CACHE_HOME": str(cache),
     }
 
-    def compiled() -> int:
+    def compiled(*words: str) -> int:
         """Return how many modules a process compiles."""
-        done = python("-c", COMPILED, **others)
+        done = python(*words, "-c", COMPILED, **others)
         assert done.returncode == 0, done.stderr
         return int(done.stdout)
 
@@ -176,40 +181,81 @@ def test_bytecode_is_stored_for_later_processes_where_python_stores_none(tmp_pat
     assert first > 50
     assert again <= 3, "the package, and what it needs to find the others"
     assert not list(package.rglob("*.pyc"))
-    stored = sorted((cache / "roboyard" / "bytecode").rglob("*.pyc"))
-    assert len(stored) == first - again
+    (stored,) = (file for file in (cache / "roboyard" / "bytecode").rglob("*") if file.is_file())
+    assert stored.stat().st_mode & 0o77 == 0
     with (package / "errors.py").open("a") as file:
         file.write("\n")
-    assert compiled() == again + 1, "an edited module"
-    stored[0].write_bytes(stored[0].read_bytes()[:-9])
-    stored[1].write_bytes(b"junk")
-    assert compiled() == again + 2, "damaged files"
-    for folder in stored[0].parent.iterdir():
-        assert folder.stat().st_mode & 0o22 == 0
-    stored[0].parent.chmod(0o777)
-    assert compiled() == first, "a folder that others may write to"
+    assert [compiled(), compiled()] == [again + 1, again], "an edited module"
+    assert [compiled("-O"), compiled("-O"), compiled()] == [first, again, again], "optimized bytecode"
+    whole = stored.read_bytes()
+    for damaged in (whole[:-9], b"junk", b"", whole[:200]):
+        stored.write_bytes(damaged)
+        assert [compiled(), compiled()] == [first, again], "a damaged file"
+    stored.chmod(0o620)
+    assert compiled() == first, "a file that others may write to"
+    stored.parent.chmod(0o777)
+    assert [compiled(), compiled()] == [first, first], "a folder that others may write to"
 
 
-def test_bytecode_beside_the_sources_is_used_where_python_stores_it(tmp_path: Path) -> None:
-    package = tmp_path / "roboyard"
-    shutil.copytree(Path(SOURCE) / "roboyard", package, ignore=shutil.ignore_patterns("__pycache__", "*.o"))
-    others = {"PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+def test_modules_come_from_one_file_where_python_stores_bytecode_beside_them(tmp_path: Path) -> None:
+    package = copied_package(tmp_path)
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
-    for _ in range(2):
-        done = subprocess.run(
-            [sys.executable, "-c", "import roboyard.errors"],
-            env={**environment, **others},
-            capture_output=True,
-            timeout=60,
+    environment |= {"PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+
+    def opened(modules: str) -> int:
+        """Return how many bytecode files of the package a process opens that imports these modules."""
+        code = COMPILED.replace("'compile'", "'open'").replace("given[1]", "given[0]")
+        code = code.replace("roboyard.errors, roboyard.sim", modules).replace(
+            "in file", "in file and '.pyc' in file"
         )
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, timeout=60)
         assert done.returncode == 0, done.stderr
-    assert not (tmp_path / "cache").exists()
+        return int(done.stdout)
+
+    for _ in range(2):
+        opened("roboyard.errors")
+    assert not (tmp_path / "cache").exists(), "too little for a file"
     assert list(package.rglob("errors.*.pyc"))
-    (package / "paths.py").touch()
+    counts = [opened("roboyard.sim") for _ in range(3)]
+    assert counts[0] > 50 > 5 > counts[1] == counts[2], counts
     (package / "errors.py").write_text((package / "errors.py").read_text() + "\n")
-    code = COMPILED.replace("roboyard.sim", "roboyard.paths")
-    counts = [int(python("-c", code, **others, PYTHONDONTWRITEBYTECODE="1").stdout) for _ in range(3)]
-    assert counts[0] > counts[1] == counts[2], "edited where Python stores bytecode no more"
-    names = {file.name for file in (tmp_path / "cache").rglob("*.pyc")}
-    assert "roboyard.errors.pyc" in names
-    assert "roboyard.untrusted.pyc" not in names
+    again = [opened("roboyard.sim") for _ in range(2)]
+    assert again[0] >= again[1] == counts[2] + 1, "the edited module's own file"
+
+
+def test_modules_of_the_one_file_are_like_those_that_python_finds(tmp_path: Path) -> None:
+    package = copied_package(tmp_path)
+    others = {
+        "PYTHONPATH": str(tmp_path),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "XDG_CACHE_HOME": str(tmp_path / "c"),
+    }
+    code = r"""
+import importlib, importlib.resources, importlib.util, inspect, linecache, pkgutil, sys, traceback
+import roboyard, roboyard.errors, roboyard.description, roboyard.assets
+for module in (roboyard.errors, roboyard.description):
+    spec = module.__spec__
+    found = importlib.machinery.PathFinder.find_spec(module.__name__, roboyard.__path__)
+    names = "name", "origin", "cached", "has_location", "parent", "submodule_search_locations"
+    assert all(getattr(spec, name) == getattr(found, name) for name in names), spec
+    assert (module.__file__, module.__package__) == (spec.origin, spec.parent)
+    assert inspect.getsource(module) == spec.loader.get_source(module.__name__) == open(spec.origin).read()
+    assert spec.loader.get_code(module.__name__).co_filename == spec.origin
+    linecache.clearcache()
+    assert linecache.getline(module.__file__, 1)
+assert roboyard.description.__path__ == [roboyard.description.__file__.rpartition("/")[0]]
+assert inspect.getsource(roboyard.errors.RoboyardError).startswith("class RoboyardError")
+assert {"errors", "sim"} <= {info.name for info in pkgutil.iter_modules(roboyard.__path__)}
+assert any(file.name == "cube.urdf" for file in importlib.resources.files("roboyard.assets").rglob("*"))
+assert importlib.util.find_spec("roboyard.no_such_module") is None
+with open(roboyard.errors.__file__, "a") as file:
+    file.write("ADDED = 1\n")
+assert importlib.reload(roboyard.errors).ADDED == 1
+known = sys.modules["roboyard._bytecode"]._modules.modules
+print(type(roboyard.description.__spec__.loader).__name__, len(known) > 9)
+"""
+    original = (package / "errors.py").read_text()
+    for known in (b"False", b"True"):
+        done = python("-c", code, **others)
+        assert done.stdout.split() == [b"StoredLoader", known], done.stderr
+        (package / "errors.py").write_text(original)

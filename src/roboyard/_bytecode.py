@@ -1,124 +1,217 @@
-"""Bytecode of the package's own modules in the user's cache folder, where Python stores none beside them.
+"""Bytecode of the package's own modules in the user's cache folder: one file for all that programs load.
 
-Python compiles a module from source in every process where it may not write beside it: in containers, which
-set PYTHONDONTWRITEBYTECODE to keep images small, and in folders that are read-only. That takes longer than
-all else that the start of a program does. Machine code of loops is stored for later processes, too. Import
-it before the package's other modules.
+A program loads nearly two hundred modules. Python searches folders and opens a file for each, a third of the
+time that they take; here all come out of one file, which a process that had to load many without it extends
+at its end. A module whose source has changed since is loaded without that file. Where Python stores no
+bytecode, in containers that set PYTHONDONTWRITEBYTECODE and in read-only folders, the file saves compiling
+every module in every process, too. Import it before the package's other modules.
 """
 
 # pathlib takes longer to import than all of this:
-# ruff: noqa: PTH103, PTH105, PTH108, PTH110, PTH111, PTH116, PTH118, PTH120, PTH123
+# ruff: noqa: PTH103, PTH105, PTH108, PTH110, PTH111, PTH116, PTH118, PTH120
 
 from __future__ import annotations
 
+import atexit
 import marshal
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
-from importlib.machinery import FileFinder, ModuleSpec, SourceFileLoader
-from importlib.util import MAGIC_NUMBER, cache_from_source
-from types import CodeType
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from importlib.util import MAGIC_NUMBER
+from mmap import ACCESS_READ, mmap
+from types import CodeType, ModuleType
 from zlib import crc32
 
+_HEAD = b"roboyard 1 " + MAGIC_NUMBER + bytes([sys.flags.optimize])
+"""Start of the file: its format, the Python, and the level of optimization."""
+_NUMBER = 8
+"""Bytes of each of the two numbers after the head: sizes of the file, and of the table at its end."""
+_FIRST = len(_HEAD) + 2 * _NUMBER
+"""Where the first module's bytecode is."""
 _OTHERS_MAY_WRITE = 0o022
+_MANY = 16
+"""Modules and texts beyond the file for which it is written again where Python stores bytecode itself."""
 
 
-def store_bytecode(package: ModuleSpec | None) -> None:
-    """Store bytecode of a package's modules in the user's cache folder where Python stores none.
+class StoredModules:
+    """The finder of a package's modules, which has the bytecode of those in the file."""
 
-    Args:
-        package: spec of the package, whose modules but the present one are not imported yet.
-    """
-    if package is None or package.cached is None or package.origin is None:
-        return
-    if os.path.exists(package.cached) and not sys.dont_write_bytecode:
-        return  # Python stores what has changed
-    root = os.path.dirname(package.origin)
-    folder = _folder_for(root) if isinstance(package.loader, SourceFileLoader) else None
-    if folder is None:
-        return
+    def __init__(self, package: ModuleSpec, root: str) -> None:
+        """Open the file, if there is one, of a package whose `__init__.py` is in the folder `root`."""
+        self.root = root
+        self.prefix = f"{package.name}."
+        tag = f"{sys.implementation.cache_tag}-{crc32(os.fsencode(root)):08x}"
+        self.folder = os.path.join(user_cache(), "bytecode", tag)
+        self.path = os.path.join(self.folder, f"modules-{sys.flags.optimize}")
+        self.modules: dict[str, tuple[bool, int, int, int, int]] = {}
+        """Module in the file to: is it a package, its source's time (ns) and size, first byte and end."""
+        self.texts: dict[str, tuple[int, int]] = {}
+        """Text in the file that the package has compiled to the first byte of its code, and the end."""
+        self.new_modules: dict[str, tuple[bool, int, int, CodeType]] = {}
+        """Module that this process has loaded without the file to its place in `modules` and its code."""
+        self.new_texts: dict[str, CodeType] = {}
+        """Text that this process has compiled to its code."""
+        is_stored_by_python = package.cached is not None and os.path.exists(package.cached)
+        self.many = _MANY if is_stored_by_python and not sys.dont_write_bytecode else 1
+        self.content = memoryview(b"")
+        try:
+            self._open()
+        except (OSError, ValueError, EOFError, TypeError):
+            self.modules, self.texts = {}, {}
 
-    class Loader(StoredLoader):
-        """The loader of this package's modules."""
+    def _open(self) -> None:
+        file = os.open(self.path, os.O_RDONLY)
+        try:
+            if _is_private(os.fstat(file)) and _is_private(os.stat(self.folder)):
+                self.content = memoryview(mmap(file, 0, access=ACCESS_READ))
+        finally:
+            os.close(file)
+        size, table = (
+            int.from_bytes(self.content[at : at + _NUMBER], "little") for at in (len(_HEAD), _FIRST - _NUMBER)
+        )
+        if self.content[: len(_HEAD)] == _HEAD and len(self.content) == size >= _FIRST + table:
+            root, modules, texts = marshal.loads(self.content[size - table :])  # noqa: S302 - the user's own
+            if root == self.root:
+                self.modules, self.texts = modules, texts
 
-        store = folder
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return how to load a module of the package, from the file if its source is as it was; else None."""
+        if not name.startswith(self.prefix):
+            return None
+        spec = self._from_file(name, path or ()) if name in self.modules else None
+        if spec is None:
+            spec = PathFinder.find_spec(name, path, target)
+            if spec is not None and type(spec.loader) is SourceFileLoader and spec.origin is not None:
+                spec.loader = StoredLoader(name, spec.origin, self)
+        return spec
 
-    def finder(path: str) -> FileFinder:
-        if path != root and not path.startswith(root + os.sep):
-            raise ImportError(f"{path!r} is no folder of {root!r}")
-        return FileFinder(path, (Loader, [".py"]))
+    def _from_file(self, name: str, path: Sequence[str]) -> ModuleSpec | None:
+        is_package, time, size, start, end = self.modules[name]
+        source = self._source(name, is_package)
+        folder = os.path.dirname(source)
+        if (os.path.dirname(folder) if is_package else folder) not in path or not _is_as_it_was(
+            source, time, size
+        ):
+            return None
+        loader = StoredLoader(name, source, self, self.content[start:end])
+        spec = ModuleSpec(name, loader, origin=source, is_package=is_package)
+        spec.has_location = True
+        if is_package:
+            spec.submodule_search_locations = [folder]
+        return spec
 
-    sys.path_hooks.insert(0, finder)
-    sys.path_importer_cache.pop(root, None)
+    def _source(self, name: str, is_package: bool) -> str:
+        stem = self.root + os.sep + name[len(self.prefix) :].replace(".", os.sep)
+        return f"{stem}{os.sep}__init__.py" if is_package else f"{stem}.py"
+
+    def code_of(self, text: str) -> CodeType:
+        """Return the code of a text that the package has composed of names of its own sources."""
+        code = _loaded(self.content[slice(*self.texts[text])]) if text in self.texts else None
+        if code is None:
+            code = self.new_texts[text] = compile(text, "<string>", "exec", dont_inherit=True)
+        return code
+
+    def close(self) -> None:
+        """Write the file again if this process has loaded much without it."""
+        if len(self.new_modules) + len(self.new_texts) < self.many:
+            return
+        try:
+            os.makedirs(self.folder, mode=0o700, exist_ok=True)
+            if not _is_private(os.stat(self.folder)):
+                return
+        except OSError:
+            return
+        pieces: list[bytes | memoryview] = []
+        end = _FIRST
+
+        def placed(code: bytes | memoryview) -> tuple[int, int]:
+            nonlocal end
+            start, end = end, end + len(code)
+            pieces.append(code)
+            return start, end
+
+        modules = {}
+        for name, (is_package, time, size, *place) in self.modules.items():
+            if name not in self.new_modules and _is_as_it_was(self._source(name, is_package), time, size):
+                modules[name] = is_package, time, size, *placed(self.content[slice(*place)])
+        texts = {}
+        if len(modules) == len(self.modules):  # else they may be those of older sources
+            texts = {text: placed(self.content[slice(*place)]) for text, place in self.texts.items()}
+        for name, (*known, code) in self.new_modules.items():
+            modules[name] = *known, *placed(marshal.dumps(code))
+        texts |= {text: placed(marshal.dumps(code)) for text, code in self.new_texts.items()}
+        table = marshal.dumps((self.root, modules, texts))
+        sizes = (end + len(table)).to_bytes(_NUMBER, "little") + len(table).to_bytes(_NUMBER, "little")
+        _write(self.path, [_HEAD, sizes, *pieces, table])
 
 
 class StoredLoader(SourceFileLoader):
-    """Loads a module from source and stores its bytecode, which later processes load."""
+    """Loads a module by its stored bytecode, or as Python does and notes what it loaded."""
 
-    store: str = ""
-    """The folder of stored bytecode."""
+    def __init__(self, name: str, path: str, home: StoredModules, part: memoryview | None = None) -> None:
+        """Load a source file; `part` is its bytecode as it is now, if that is known."""
+        super().__init__(name, path)
+        self._home, self._part = home, part
 
     def get_code(self, fullname: str) -> CodeType | None:
-        """Return the code of a module: stored bytecode of this very source, else compiled now and stored."""
+        """Return the code of the module."""
+        part, self._part = self._part, None  # when it is asked for again, the source may have changed
+        code = None if part is None else _loaded(part)
+        if code is not None:
+            return code
         source = self.get_filename(fullname)
-        try:
-            stats = self.path_stats(source)
-        except OSError:
-            return super().get_code(fullname)
-        head = _head(int(stats["mtime"]), int(stats["size"]))
-        path = os.path.join(self.store, f"{fullname}.pyc")
-        with suppress(OSError, ValueError, EOFError, TypeError), open(path, "rb") as file:
-            content = file.read()
-            if content.startswith(head + source.encode() + b"\0"):
-                code = marshal.loads(content[len(head) + len(source.encode()) + 1 :])  # noqa: S302 - our own
-                if isinstance(code, CodeType):
-                    return code
+        stats = os.stat(source)
         code = super().get_code(fullname)
-        if code is not None and not _is_stored(source, stats):
-            _write(path, head + source.encode() + b"\0" + marshal.dumps(code))
+        if code is not None:
+            kept = self.is_package(fullname), stats.st_mtime_ns, stats.st_size, code
+            self._home.new_modules[fullname] = kept
         return code
 
 
-def _head(mtime: int, size: int) -> bytes:
-    """Return what identifies the Python and the source of stored bytecode."""
-    numbers = (sys.flags.optimize, mtime, size)
-    return MAGIC_NUMBER + b"".join(number.to_bytes(8, "little") for number in numbers)
+def _is_as_it_was(source: str, time: int, size: int) -> bool:
+    try:
+        stats = os.stat(source)
+    except OSError:
+        return False
+    return stats.st_mtime_ns == time and stats.st_size == size
 
 
-def _is_stored(source: str, stats: Mapping[str, float]) -> bool:
-    """Return whether Python has bytecode of a source as it is now beside it."""
-    with suppress(OSError, NotImplementedError), open(cache_from_source(source), "rb") as file:
-        head = file.read(16)
-        now = (int(stats[name]).to_bytes(8, "little")[:4] for name in ("mtime", "size"))
-        return head[:4] == MAGIC_NUMBER and (any(head[4:8]) or head[8:] == b"".join(now))
-    return False
+def _loaded(part: memoryview) -> CodeType | None:
+    """Return the code of stored bytecode; None if it is damaged."""
+    try:
+        code = marshal.loads(part)  # noqa: S302 - the user's own
+    except (ValueError, EOFError, TypeError):
+        return None
+    return code if isinstance(code, CodeType) else None
 
 
-def _write(path: str, content: bytes) -> None:
-    """Write a file that other processes may read at the same time; without a place for it, do nothing."""
+def _is_private(stats: os.stat_result) -> bool:
+    """Return whether a file or folder is the user's, and no one else may write to it."""
+    return not hasattr(os, "getuid") or (
+        stats.st_uid == os.getuid() and not stats.st_mode & _OTHERS_MAY_WRITE
+    )
+
+
+def _write(path: str, pieces: list[bytes | memoryview]) -> None:
+    """Write a file, which other processes may read or write meanwhile; without a place for it, do nothing."""
     new = f"{path}.{os.getpid()}"
     try:
-        with open(new, "wb") as file:
-            file.write(content)
+        with open(new, "wb", opener=_for_the_user_alone) as file:
+            file.writelines(pieces)
+            file.flush()
+            os.fsync(file.fileno())
         os.replace(new, path)
     except OSError:
         with suppress(OSError):
             os.unlink(new)
 
 
-def _folder_for(root: str) -> str | None:
-    """Return the folder, made now, for bytecode of a package; None where others may write, or no one."""
-    name = f"{sys.implementation.cache_tag}-{crc32(os.fsencode(root)):08x}"
-    folder = os.path.join(user_cache(), "bytecode", name)
-    try:
-        os.makedirs(folder, mode=0o700, exist_ok=True)
-        found = os.stat(folder)
-    except OSError:
-        return None
-    if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & _OTHERS_MAY_WRITE):
-        return None
-    return folder
+def _for_the_user_alone(path: str, flags: int) -> int:
+    return os.open(path, flags, mode=0o600)
 
 
 def user_cache() -> str:
@@ -131,4 +224,22 @@ def user_cache() -> str:
     return os.path.join(named or os.path.expanduser("~/.cache"), "roboyard")
 
 
-store_bytecode(sys.modules[__name__.partition(".")[0]].__spec__)
+def _stored_modules(package: ModuleSpec | None) -> StoredModules | None:
+    """Return the finder, in use from now on, of a package of source files; None for other packages."""
+    if package is None or package.origin is None or type(package.loader) is not SourceFileLoader:
+        return None
+    finder = StoredModules(package, os.path.dirname(package.origin))
+    place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
+    sys.meta_path.insert(place, finder)
+    atexit.register(finder.close)
+    return finder
+
+
+_modules = _stored_modules(sys.modules[__name__.partition(".")[0]].__spec__)
+
+
+def code_of(text: str) -> CodeType:
+    """Return the code of a text that the package has composed of names of its own sources."""
+    return (
+        compile(text, "<string>", "exec", dont_inherit=True) if _modules is None else _modules.code_of(text)
+    )

@@ -1,23 +1,41 @@
 """`dataclass` for modules that every program loads: the standard library's, with methods that are made fast.
 
 The standard library writes and compiles the source of each method of each class, 0.3 ms a class. Here methods
-but `__init__` are closures over the names of the fields, and `__init__` is compiled when it is first used.
+but `__init__` are closures over the names of the fields, and `__init__` is compiled when it is first used, or
+comes from stored bytecode.
 """
 
 from __future__ import annotations
 
 import sys
+from abc import update_abstractmethods
 from collections.abc import Callable, Iterator
+from functools import cache
 from operator import attrgetter
 from reprlib import recursive_repr
-from typing import TYPE_CHECKING, Any
+from types import MemberDescriptorType
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from roboyard._bytecode import code_of
 from roboyard._lazy import deferred
 
 with deferred("inspect"):  # for classes without a docstring only, and as long to import as the rest
     import dataclasses
-    from dataclasses import MISSING, Field, FrozenInstanceError
+    from dataclasses import MISSING, Field, FrozenInstanceError, field
     from dataclasses import replace as replace
+
+
+@dataclasses.dataclass(init=False, repr=False, eq=False)
+class _Sample:
+    """A class with a field of each kind."""
+
+    real: int
+    of_class: ClassVar[int]
+
+
+_KINDS: dict[str, Any] = vars(_Sample)["__dataclass_fields__"]
+_REAL, _OF_CLASS = (_KINDS[name]._field_type for name in ("real", "of_class"))
+_OURS = __name__.partition(".")[0] + "."
 
 
 class _Factory:
@@ -39,44 +57,109 @@ def _dataclass(cls: type | None = None, /, **options: bool) -> Any:
 
 
 def _made(cls: type, options: dict[str, bool]) -> type:
-    if not options.keys() <= _KNOWN or _is_special(cls):
+    kinds: dict[str, Any] = cls.__annotations__
+    if not options.keys() <= _KNOWN or _is_special(cls, kinds):
         return dataclasses.dataclass(**options)(cls)
     is_frozen, has_eq = options.get("frozen", False), options.get("eq", True)
-    plain = {name: value for name, value in options.items() if name in ("kw_only", "slots")}
+    by_name = _fields(cls, kinds, options.get("kw_only", False))
+    fields = [f for f in by_name.values() if f._field_type is _REAL]
+    names = [f.name for f in fields]
+    own, init = vars(cls), _Init()
+    methods: dict[str, Any] = {"__repr__": _repr([f.name for f in fields if f.repr])}
+    if has_eq:
+        methods["__eq__"] = _equality(_values([f.name for f in fields if f.compare]))
+    if is_frozen:
+        methods |= _guards(init, names)
+        if options.get("slots"):
+            methods |= _state(names)
+    new: dict[str, Any] = {name: method for name, method in methods.items() if name not in own}
+    if has_eq and ("__hash__" not in own or (own["__hash__"] is None and "__eq__" in own)):
+        hashed = [f.name for f in fields if (f.compare if f.hash is None else f.hash)]
+        new["__hash__"] = _hash(_values(hashed)) if is_frozen else None
+    for name, method in new.items():
+        if method is not None:
+            method.__qualname__ = f"{cls.__qualname__}.{name}"
+    if "__init__" not in own:
+        new["__init__"] = init
+    if "__match_args__" not in own:
+        new["__match_args__"] = tuple(f.name for f in fields if f.init and not f.kw_only)
     if cls.__doc__ is None:
-        cls.__doc__ = f"{cls.__name__}()"  # as the library does, which inspects the class for it
-    made: Any = dataclasses.dataclass(init=False, repr=False, eq=False, **plain)(cls)
+        new["__doc__"] = f"{cls.__name__}()"  # as the library does, which inspects the class for it
+    new["__dataclass_fields__"] = by_name
+    new["__dataclass_params__"] = _parameters(frozenset(options.items()))
+    if options.get("slots"):
+        cls = _with_slots(cls, names, new)
+    else:
+        for name, value in new.items():
+            setattr(cls, name, value)
+        update_abstractmethods(cls)
+    init.cls = cls
+    return cls
+
+
+def _is_special(cls: type, kinds: dict[str, Any]) -> bool:
+    """Return whether the library makes a class: one with a frozen base, or annotations that are no fields."""
+    bases = (getattr(base, "__dataclass_params__", None) for base in cls.__mro__[1:-1])
+    return any(p is not None and p.frozen for p in bases) or any(
+        not isinstance(kind, str) or "InitVar" in kind or "KW_ONLY" in kind for kind in kinds.values()
+    )
+
+
+def _fields(cls: Any, kinds: dict[str, str], kw_only: bool) -> dict[str, Any]:
+    """Return the fields of a class and its bases, and put defaults in their places as class attributes."""
+    found: dict[str, Any] = {}
+    for base in cls.__mro__[-2:0:-1]:
+        found |= getattr(base, "__dataclass_fields__", {})
+    for name, kind in kinds.items():
+        given = getattr(cls, name, MISSING)
+        if isinstance(given, Field):
+            made: Any = given
+            if made.default is MISSING:
+                delattr(cls, name)
+            else:
+                setattr(cls, name, made.default)
+        else:
+            made = field(default=MISSING if isinstance(given, MemberDescriptorType) else given)
+        made.name, made.type, made._field_type = name, kind, _REAL
+        if kind.startswith(("ClassVar", "typing.ClassVar")):
+            made._field_type = _OF_CLASS
+        elif made.kw_only is MISSING:
+            made.kw_only = kw_only
+        if made._field_type is _REAL and type(made.default).__hash__ is None:
+            raise ValueError(f"mutable default {type(made.default)} for field {name}: use default_factory")
+        found[name] = made
+    for name, value in vars(cls).items():
+        if isinstance(value, Field):
+            raise TypeError(f"{name!r} is a field but has no type annotation")
+    return found
+
+
+@cache
+def _parameters(options: frozenset[tuple[str, bool]]) -> Any:
+    """Return what the library keeps of the options of classes."""
+    given = dict(options)
+    plain = {name: value for name, value in given.items() if name in ("kw_only", "slots")}
+    made: Any = dataclasses.dataclass(init=False, repr=False, eq=False, **plain)(
+        type("Empty", (), {"__doc__": "Empty."})
+    )
     parameters = made.__dataclass_params__
     parameters.init = parameters.repr = True
-    parameters.eq, parameters.frozen = has_eq, is_frozen
-    own = vars(made)
-    fields = dataclasses.fields(made)
-    new: dict[str, Any] = {"__repr__": _repr([f.name for f in fields if f.repr])}
-    if has_eq:
-        new["__eq__"] = _equality(_values([f.name for f in fields if f.compare]))
-        if "__hash__" not in own or (own["__hash__"] is None and "__eq__" in own):
-            hashed = [f.name for f in fields if (f.compare if f.hash is None else f.hash)]
-            new["__hash__"] = _hash(_values(hashed)) if is_frozen else None
-    if is_frozen:
-        new |= _guards(made, {f.name for f in fields})
-        if options.get("slots"):
-            new |= _state([f.name for f in fields])
-    for name, method in new.items():
-        if name not in own or name == "__hash__":
-            if method is not None:
-                method.__qualname__ = f"{made.__qualname__}.{name}"
-            setattr(made, name, method)
-    if "__init__" not in own:
-        made.__init__ = _Init(made)
+    parameters.eq, parameters.frozen = given.get("eq", True), given.get("frozen", False)
+    return parameters
+
+
+def _with_slots(cls: Any, names: list[str], new: dict[str, Any]) -> Any:
+    """Return a new class like another, with slots for its fields and these names."""
+    own = vars(cls)
+    if "__slots__" in own:
+        raise TypeError(f"{cls.__name__} already specifies __slots__")
+    inherited = {name for base in cls.__mro__[1:-1] for name in vars(base).get("__slots__", ())}
+    left_out = {*names, "__dict__", "__weakref__"}
+    kept = {name: value for name, value in own.items() if name not in left_out}
+    slots = tuple(name for name in names if name not in inherited)
+    made = type(cls)(cls.__name__, cls.__bases__, kept | new | {"__slots__": slots})
+    made.__qualname__ = cls.__qualname__
     return made
-
-
-def _is_special(cls: type) -> bool:
-    """Return whether a class has a frozen base or values for `__init__` only: the library makes these."""
-    bases = (getattr(base, "__dataclass_params__", None) for base in cls.__mro__[1:])
-    return any(p is not None and p.frozen for p in bases) or any(
-        "InitVar" in str(kind) for kind in vars(cls).get("__annotations__", {}).values()
-    )
 
 
 def _values(names: list[str]) -> Callable[[Any], tuple[Any, ...]]:
@@ -109,18 +192,18 @@ def _repr(names: list[str]) -> Any:
     return __repr__
 
 
-def _guards(cls: Any, names: set[str]) -> dict[str, Any]:
+def _guards(place: _Init, names: list[str]) -> dict[str, Any]:
     """Return what keeps a frozen class's fields as they are."""
 
     def __setattr__(self: Any, name: str, value: Any) -> None:
-        if type(self) is cls or name in names:
+        if type(self) is place.cls or name in names:
             raise FrozenInstanceError(f"cannot assign to field {name!r}")
-        super(cls, self).__setattr__(name, value)
+        super(place.cls, self).__setattr__(name, value)
 
     def __delattr__(self: Any, name: str) -> None:
-        if type(self) is cls or name in names:
+        if type(self) is place.cls or name in names:
             raise FrozenInstanceError(f"cannot delete field {name!r}")
-        super(cls, self).__delattr__(name)
+        super(place.cls, self).__delattr__(name)
 
     return {"__setattr__": __setattr__, "__delattr__": __delattr__}
 
@@ -141,14 +224,14 @@ def _state(names: list[str]) -> dict[str, Any]:
 class _Init:
     """The place of a class's `__init__` until it is first used."""
 
-    def __init__(self, cls: Any) -> None:
-        self._cls = cls
+    cls: Any = None
+    """The class, set once it is made."""
 
     def __get__(self, record: Any, owner: Any = None) -> Any:
         """Compile the method, put it in its place, and return it, bound to the record if there is one."""
-        made = _compiled_init(self._cls)
-        if vars(self._cls).get("__init__") is self:
-            self._cls.__init__ = made
+        made = _compiled_init(self.cls)
+        if vars(self.cls).get("__init__") is self:
+            self.cls.__init__ = made
         return made if record is None else made.__get__(record, owner)
 
 
@@ -166,7 +249,8 @@ def _compiled_init(cls: Any) -> Any:
     source = f"def make({', '.join(values)}):\n def __init__({', '.join(heads)}):\n  {body}\n return __init__"
     module = sys.modules.get(cls.__module__)
     local: dict[str, Any] = {}
-    exec(source, vars(module) if module else {}, local)  # noqa: S102 - names of our own fields
+    code: Any = code_of(source) if cls.__module__.startswith(_OURS) else source
+    exec(code, vars(module) if module else {}, local)  # noqa: S102 - names of our own fields
     made = local["make"](*values.values())
     made.__qualname__ = f"{cls.__qualname__}.__init__"
     made.__annotations__ = {f.name: f.type for f in (*given, *named)} | {"return": None}
