@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -11,9 +13,9 @@ import pytest
 from roboyard._lazy import Deferred, LazyLogger, deferred
 
 
-def _printed(code: str) -> str:
+def _printed(code: str, **others: str) -> str:
     return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env={**os.environ, **others}
     ).stdout.strip()
 
 
@@ -53,3 +55,85 @@ unused = "zipfile", "subprocess", "logging", "difflib"
 print([name for name in unused if name in sys.modules])
 """
     assert _printed(code) == "[]"
+
+
+NUMPY_1 = """
+import platform, warnings
+from . import fft
+from . import random
+from . import ma
+
+def __getattr__(name):
+    if name == "old":
+        warnings.warn("old is old", DeprecationWarning, stacklevel=2)
+        return 1
+    if name == "bool":
+        warnings.warn("will be another", FutureWarning, stacklevel=2)
+    raise AttributeError(name)
+
+def __dir__():
+    return ["asked", *globals()]
+
+def machine():
+    return platform.machine()
+"""
+USES = r"""
+import platform, sys, warnings
+named = platform.machine()
+if sys.argv[1:] == ["first"]:
+    del sys.modules["platform"]
+    from roboyard._numpy import load_numpy
+    load_numpy()
+    print([name for name in sys.modules if name.startswith("numpy.")], file=sys.stderr)
+import numpy as np
+names = dir(np)
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    print(np.old, hasattr(np, "bool"), hasattr(np, "nothing"))
+    print([(str(w.message), w.category, w.filename, w.lineno) for w in said])
+from numpy import random
+import numpy.fft
+print({"fft", "random", "ma", "asked"} <= set(names), np.machine() == named)
+print(random is np.random is sys.modules["numpy.random"], type(random), random.VALUE)
+print(np.ma.masked, np.ma is sys.modules["numpy.ma"], np.fft is numpy.fft, vars(np)["ma"] is np.ma)
+"""
+
+
+def test_numpy_1_gives_its_packages_on_first_use(tmp_path: Path) -> None:
+    package = tmp_path / "numpy"
+    for name, text in (
+        ("__init__", NUMPY_1),
+        ("fft/__init__", ""),
+        ("ma/__init__", "from .core import masked"),
+        ("ma/core", "masked = '--'"),
+        ("random/__init__", "VALUE = 4"),
+    ):
+        file = package / f"{name}.py"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+    source = str(Path(__file__).parents[1] / "src")
+    (tmp_path / "uses.py").write_text(USES)
+    paths = {"PYTHONPATH": os.pathsep.join([str(tmp_path), source])}
+    run = "import runpy, sys; sys.argv = ['uses.py', *{!r}]; runpy.run_path({!r})"
+    plain, first = (
+        _printed(run.format(given, str(tmp_path / "uses.py")), **paths) for given in ([], ["first"])
+    )
+    assert first == plain
+    assert "uses.py" in plain
+
+
+def test_numpy_is_the_same_whether_or_not_its_packages_wait() -> None:
+    code = """
+import sys, warnings
+warnings.simplefilter("ignore")
+if {}:
+    from roboyard._numpy import load_numpy
+    load_numpy()
+    assert "numpy.ma.core" not in sys.modules
+import numpy, pickle
+names = sorted(dir(numpy))
+from numpy import *
+print(names, [type(getattr(numpy, name)) for name in names], sorted(globals()), ma, fft, random)
+print(numpy.random.default_rng(1).normal(), pickle.loads(pickle.dumps(numpy.ma.array([1, 2], mask=[0, 1]))))
+"""
+    assert _printed(code.format(True)).replace("'load_numpy', ", "") == _printed(code.format(False))

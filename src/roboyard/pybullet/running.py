@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType, TracebackType
 
 from roboyard._lazy import freeze, paused_collection
+from roboyard._numpy import load_numpy
 from roboyard.omnigibson.import_alias import install_omnigibson_alias
 
 REPLACEMENTS = {
@@ -87,6 +88,7 @@ def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
         The exit code of the script; 1 after an exception, whose traceback starts in the script.
     """
     with paused_collection():
+        load_numpy()
         install()
         install_omnigibson_alias()
         preload()
