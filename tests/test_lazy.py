@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ from types import ModuleType
 
 import pytest
 
-from roboyard._lazy import Deferred, LazyLogger, deferred
+from roboyard._lazy import Deferred, LazyLogger, deferred, lazy_pattern
 
 
 def _printed(code: str, **others: str) -> str:
@@ -137,3 +138,15 @@ print(names, [type(getattr(numpy, name)) for name in names], sorted(globals()), 
 print(numpy.random.default_rng(1).normal(), pickle.loads(pickle.dumps(numpy.ma.array([1, 2], mask=[0, 1]))))
 """
     assert _printed(code.format(True)).replace("'load_numpy', ", "") == _printed(code.format(False))
+
+
+def test_a_lazy_pattern_is_the_compiled_one_once_it_is_used() -> None:
+    pattern = lazy_pattern(r"(\w+)-(\d+)", re.IGNORECASE)
+    real = re.compile(r"(\w+)-(\d+)", re.IGNORECASE)
+    found, expected = pattern.match("joint-12"), real.match("joint-12")
+    assert found and expected and found.groups() == expected.groups()
+    assert pattern.sub(r"\2", "joint-12, link-3") == "12, 3"
+    assert (pattern.pattern, pattern.flags) == (real.pattern, real.flags)
+    assert lazy_pattern(rb"[og]\s").findall(b"o a\ng b") == [b"o ", b"g "]
+    with pytest.raises(AttributeError):
+        pattern.nothing  # type: ignore[attr-defined]  # noqa: B018

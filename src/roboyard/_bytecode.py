@@ -108,11 +108,11 @@ class StoredModules:
         stem = self.root + os.sep + name[len(self.prefix) :].replace(".", os.sep)
         return f"{stem}{os.sep}__init__.py" if is_package else f"{stem}.py"
 
-    def code_of(self, text: str) -> CodeType:
-        """Return the code of a text that the package has composed of names of its own sources."""
+    def code_of(self, text: str, file: str) -> CodeType:
+        """Return the code of a text, which is shown as that of `file`."""
         code = _loaded(self.content[slice(*self.texts[text])]) if text in self.texts else None
         if code is None:
-            code = self.new_texts[text] = compile(text, "<string>", "exec", dont_inherit=True)
+            code = self.new_texts[text] = compile(text, file, "exec", dont_inherit=True)
         return code
 
     def close(self) -> None:
@@ -238,8 +238,13 @@ def _stored_modules(package: ModuleSpec | None) -> StoredModules | None:
 _modules = _stored_modules(sys.modules[__name__.partition(".")[0]].__spec__)
 
 
-def code_of(text: str) -> CodeType:
-    """Return the code of a text that the package has composed of names of its own sources."""
-    return (
-        compile(text, "<string>", "exec", dont_inherit=True) if _modules is None else _modules.code_of(text)
-    )
+def code_of(text: str, file: str = "<string>") -> CodeType:
+    """Return the code of a text that the package has composed of names in its own sources.
+
+    Args:
+        text: statements.
+        file: name of the text in tracebacks, always the same for one text.
+    """
+    if _modules is None:
+        return compile(text, file, "exec", dont_inherit=True)
+    return _modules.code_of(text, file)

@@ -9,7 +9,10 @@ from contextlib import contextmanager
 from functools import cache, partial
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any, AnyStr, cast
+
+if TYPE_CHECKING:
+    import re
 
 
 def lazy_module(name: str) -> Callable[[], Any]:
@@ -48,6 +51,26 @@ class LazyLogger:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(import_module("logging").getLogger(self._name), name)
+
+
+class _LazyPattern:
+    """A regular expression that is compiled when it is first used."""
+
+    def __init__(self, text: Any, flags: int) -> None:
+        self._text, self._flags = text, flags
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(import_module("re").compile(self._text, self._flags), name)
+        setattr(self, name, value)  # later uses do not come here
+        return value
+
+
+def lazy_pattern(text: AnyStr, flags: int = 0) -> re.Pattern[AnyStr]:
+    """Return what `re.compile` returns, compiled when one of its methods is first called.
+
+    For expressions of modules that every program loads, and that few use.
+    """
+    return cast("re.Pattern[AnyStr]", _LazyPattern(text, flags))
 
 
 class Deferred(ModuleType):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from roboyard._records import dataclass
@@ -32,14 +34,17 @@ class TriangleTree:
     """(t, 3) unit normals."""
     sides: Array
     """(t, 3, 3) unit directions out of the triangle across its edges 01, 12 and 20, in its plane."""
-    smooth: np.ndarray
-    """(t, 3) bool: whether an edge continues in another triangle without a kink."""
     lower: Array
     """(2 n - 1, 3) lower corners of the boxes of all nodes, leaves last (m)."""
     upper: Array
     """(2 n - 1, 3) upper corners (m)."""
     first: np.ndarray
     """(n + 1,) int32: first triangle of each leaf."""
+
+    @cached_property
+    def smooth(self) -> np.ndarray:
+        """(t, 3) bool: whether an edge continues in another triangle without a kink (lazy)."""
+        return _smooth(self.corners, self.sides)
 
     def __len__(self) -> int:
         return len(self.corners)
@@ -63,10 +68,7 @@ def triangle_tree(mesh: TriangleMesh) -> TriangleTree:
         side = _cross(corners[:, (k + 1) % 3] - corners[:, k], normals)
         sides[:, k] = side / np.maximum(_length(side), 1e-300)[:, None]
     lower, upper, first = _boxes(corners)
-    return TriangleTree(
-        corners=corners, normals=normals, sides=sides, smooth=_smooth(corners, sides),
-        lower=lower, upper=upper, first=first,
-    )  # fmt: skip
+    return TriangleTree(corners=corners, normals=normals, sides=sides, lower=lower, upper=upper, first=first)
 
 
 def _cross(a: Array, b: Array) -> Array:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard._lazy import lazy_pattern
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ModelError, RoboyardError, StaleHandleError
 from roboyard.sim.actuation.drives import Drives
@@ -30,7 +30,7 @@ from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
 from roboyard.transforms import Array, normalized
 
-_UNSTABLE_AT = re.compile(r"at (DOF|\w+) (\d+).*Time = ([-+.\deE]+\d)")
+_UNSTABLE_AT = lazy_pattern(r"at (DOF|\w+) (\d+).*Time = ([-+.\deE]+\d)")
 """Of MuJoCo's warning: the degree of freedom and the time."""
 
 

@@ -30,6 +30,7 @@ from functools import cached_property
 from pathlib import Path
 from urllib.parse import unquote
 
+from roboyard._lazy import lazy_pattern
 from roboyard._records import dataclass
 from roboyard.description.files.beside import matching_files, moveit_configurations, nearest_name
 from roboyard.description.files.moved_files import LEAST_SHARED, is_mesh_or_image, moved_file
@@ -46,12 +47,12 @@ MAX_LEVELS = 8
 MAX_BYTES = 512 * 1024 * 1024
 """Largest file that is handed to another reader (bytes)."""
 _URDF_FOLDERS = {"urdf", "urdfs", "mjcf", "robot", "robots", "xacro", "model", "models", "sdf", "description"}
-_MESH_FOLDERS = re.compile(
+_MESH_FOLDERS = lazy_pattern(
     r"(\w+_)?(mesh(es)?|visuals?|collisions?|assets?|geometry|geometries|materials?|textures?|media|stl|obj|dae)",
     re.IGNORECASE,
 )
-_DRIVE = re.compile(r"[A-Za-z]:[\\/]")
-_SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.S)
+_DRIVE = lazy_pattern(r"[A-Za-z]:[\\/]")
+_SCHEME = lazy_pattern(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.S)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

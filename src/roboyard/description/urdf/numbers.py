@@ -8,6 +8,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from typing import Literal, cast
 
+from roboyard._lazy import lazy_pattern
 from roboyard._records import dataclass
 from roboyard.description.model import INERTIA_KEYS, Quaternion
 from roboyard.description.urdf.xml import line_of
@@ -16,10 +17,10 @@ FaultKind = Literal["sloppy", "wrong", "not finite", "huge", "xacro"]
 """`sloppy` numbers are read; all others are not."""
 
 _PREFIX = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
-_NOT_FINITE = re.compile(r"[-+]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
-_OPTENV = re.compile(r"\$\(\s*optenv\s")
-_XACRO = re.compile(r"\$\{|\$\(")
-_STRAY = re.compile(r"[.;]*")
+_NOT_FINITE = lazy_pattern(r"[-+]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
+_OPTENV = lazy_pattern(r"\$\(\s*optenv\s")
+_XACRO = lazy_pattern(r"\$\{|\$\(")
+_STRAY = lazy_pattern(r"[.;]*")
 """Characters after a number that mean nothing. Any others (`0x10`, `1d5`, `10mm`) may have a meaning."""
 LARGEST = 1e9
 """In SI units; no robot has a larger number, and MuJoCo reports a diverged simulation from 1e10."""

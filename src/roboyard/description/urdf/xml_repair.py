@@ -11,6 +11,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from xml.parsers import expat
 
+from roboyard._lazy import lazy_pattern
+
 ZERO_NOTE = "zero byte after the end of the root element removed, and all behind it"
 TEXT_NOTE = "text after the end of the root element removed"
 CLOSING_TAG_NOTE = "closing tag after the end of the root element removed, and all behind it"
@@ -18,11 +20,11 @@ ELEMENTS_NOTE = "elements after the end of the root element ignored"
 
 Repair = Callable[[str], tuple[str, str]]
 
-_AMPERSAND = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
-_START_TAG = re.compile(r"<[A-Za-z_][^\s/<>]*+(?:\s+[^\s=<>/]+\s*=\s*(?:\"[^\"<]*\"|'[^'<]*'))+\s*/?>")
-_ATTRIBUTE = re.compile(r"\s+([^\s=<>/]+)\s*=\s*(?:\"[^\"<]*\"|'[^'<]*')")
+_AMPERSAND = lazy_pattern(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
+_START_TAG = lazy_pattern(r"<[A-Za-z_][^\s/<>]*+(?:\s+[^\s=<>/]+\s*=\s*(?:\"[^\"<]*\"|'[^'<]*'))+\s*/?>")
+_ATTRIBUTE = lazy_pattern(r"\s+([^\s=<>/]+)\s*=\s*(?:\"[^\"<]*\"|'[^'<]*')")
 # what XML 1.0 forbids anywhere in a document
-_FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff\ud800-\udfff]")
+_FORBIDDEN = lazy_pattern("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff\ud800-\udfff]")
 
 
 def decode(data: bytes) -> tuple[str, str]:

@@ -9,11 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from roboyard._lazy import lazy_pattern
 from roboyard.description.model import Collision, Geometry, Mesh
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.untrusted.files import read_file
 
-_HEADING = re.compile(rb"^[og]\s", re.MULTILINE)
+_HEADING = lazy_pattern(rb"^[og]\s", re.MULTILINE)
 _CACHE_SIZE = 256
 _MAX_BYTES = 128 << 20
 _read: OrderedDict[tuple[str, int, int], tuple[TriangleMesh, ...]] = OrderedDict()

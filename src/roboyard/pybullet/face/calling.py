@@ -18,6 +18,7 @@ import typing
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from roboyard._bytecode import code_of
 from roboyard.errors import RoboyardError
 from roboyard.pybullet.face.errors import error, world_failure
 
@@ -188,7 +189,7 @@ def public(
         f"    raise _world_failure({name!r}, problem) from problem",
     ]
     source = f"def {name}({', '.join(shown)}):\n    " + "\n    ".join(lines)
-    exec(compile(source, f"<{_MODULE}.{name}>", "exec"), values)  # noqa: S102 - source built from our own signatures
+    exec(code_of(source, f"<{_MODULE}.{name}>"), values)  # noqa: S102 - source built from our own signatures
     made: types.FunctionType = values[name]
     made.__doc__ = command.__doc__
     made.__module__ = module

@@ -16,7 +16,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard._lazy import LazyLogger
+from roboyard._lazy import LazyLogger, lazy_pattern
 from roboyard.shapes.mesh import shared
 from roboyard.untrusted.files import is_inside, read_file
 
@@ -33,7 +33,7 @@ RECENT_BYTES = 128 * 1024 * 1024
 """Size of the cache of decoded images (bytes): the meshes of one scene often share theirs."""
 _recent: OrderedDict[tuple[Path, int, int], NDArray[np.uint8] | None] = OrderedDict()
 _recent_lock = Lock()
-_MESH_FOLDER = re.compile(
+_MESH_FOLDER = lazy_pattern(
     r"(\w+_)?(mesh(es)?|visuals?|collisions?|assets?|geometry|geometries|materials?|textures?|media|stl|obj|dae)",
     re.IGNORECASE,
 )

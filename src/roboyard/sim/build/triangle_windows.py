@@ -40,6 +40,7 @@ _COPIED = ("condim", "contype", "conaffinity", "friction", "priority", "solref",
 """Fields that new slots take over from the first one."""
 _CACHE_SIZE = 16
 _trees: OrderedDict[tuple[int, Pose], tuple[TriangleMesh, TriangleTree]] = OrderedDict()
+_apart: OrderedDict[int, tuple[TriangleMesh, TriangleMesh]] = OrderedDict()
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
@@ -74,7 +75,20 @@ def window_of(mesh: TriangleMesh, origin: Pose, *, is_file: bool) -> TriangleWin
 
 
 def without_seams(mesh: TriangleMesh) -> TriangleMesh:
-    """Return the triangles apart from one another and slightly larger, so that rays along seams hit one."""
+    """Return the triangles apart from one another and slightly larger, so that rays along seams hit one.
+
+    Args:
+        mesh: the triangles; the result is cached.
+    """
+    found = _apart.get(id(mesh))
+    if found is None or found[0] is not mesh:
+        found = _apart[id(mesh)] = mesh, _parted(mesh)
+        while len(_apart) > _CACHE_SIZE:
+            _apart.popitem(last=False)
+    return found[1]
+
+
+def _parted(mesh: TriangleMesh) -> TriangleMesh:
     corners = mesh.vertices[mesh.faces]
     middles = ((corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3)[:, None]
     corners = middles + (1.0 + OVERLAP) * (corners - middles)

@@ -94,7 +94,8 @@ class _Located:
         self._seen, self._mark = np.zeros(len(tree), dtype=np.int64), 0
         self._kept = np.full(len(self.geoms), -1, dtype=np.int64)
         self._stack, self._turn = np.zeros(128, dtype=np.int64), np.zeros((3, 3))
-        self._smooth = tree.smooth.view(np.uint8)
+        self._smooth: np.ndarray | None = None
+        """The tree's `smooth`, once a contact needs it: to find seams takes as long as all else of a tree."""
         self._found, self._changed = np.zeros(len(tree), dtype=np.int32), np.zeros_like(self.geoms)
         self._slot_of_geom = np.full(model.ngeom, -1, dtype=np.int32)
         self._slot_of_geom[self.geoms] = np.arange(len(self.geoms))
@@ -140,6 +141,10 @@ class _Located:
     def correct(self, geom: np.ndarray, frame: np.ndarray, dist: np.ndarray) -> None:
         """Correct the distances (k,) of contacts between geoms (k, 2) with frames (k, 9)."""
         tree = self._tree
+        if self._smooth is None:
+            if not (self._slot_of_geom[geom] >= 0).any():
+                return
+            self._smooth = tree.smooth.view(np.uint8)
         kernels().correct_contacts(
             *(self._slot_of_geom, self._triangle_of, tree.normals, tree.sides, self._smooth),
             *(self._world.live_data.xmat[self._row], self._inset, geom, frame, dist),
