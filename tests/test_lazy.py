@@ -59,7 +59,7 @@ print([name for name in unused if name in sys.modules])
 
 
 NUMPY_1 = """
-import platform, warnings
+import pickle, warnings
 from . import fft
 from . import random
 from . import ma
@@ -75,14 +75,13 @@ def __getattr__(name):
 def __dir__():
     return ["asked", *globals()]
 
-def machine():
-    return platform.machine()
+def protocol():
+    return pickle.HIGHEST_PROTOCOL
 """
 USES = r"""
-import platform, sys, warnings
-named = platform.machine()
+import sys, warnings
 if sys.argv[1:] == ["first"]:
-    del sys.modules["platform"]
+    sys.modules.pop("pickle", None)
     from roboyard._numpy import load_numpy
     load_numpy()
     print([name for name in sys.modules if name.startswith("numpy.")], file=sys.stderr)
@@ -94,7 +93,7 @@ with warnings.catch_warnings(record=True) as said:
     print([(str(w.message), w.category, w.filename, w.lineno) for w in said])
 from numpy import random
 import numpy.fft
-print({"fft", "random", "ma", "asked"} <= set(names), np.machine() == named)
+print({"fft", "random", "ma", "asked"} <= set(names), np.protocol())
 print(random is np.random is sys.modules["numpy.random"], type(random), random.VALUE)
 print(np.ma.masked, np.ma is sys.modules["numpy.ma"], np.fft is numpy.fft, vars(np)["ma"] is np.ma)
 """

@@ -13,8 +13,8 @@ from typing import Any
 from roboyard._lazy import Deferred, deferred
 
 _PACKAGES = ("ctypeslib", "fft", "ma", "polynomial", "random")
-_UNUSED = "platform"
-"""A module that NumPy imports to describe the machine in reports of faults."""
+_UNUSED = ("ast", "pickle")
+"""Modules that NumPy imports for files of arrays."""
 
 
 def load_numpy() -> None:
@@ -24,7 +24,7 @@ def load_numpy() -> None:
     """
     if "numpy" in sys.modules:
         return
-    with deferred(_UNUSED, *(f"numpy.{name}" for name in _PACKAGES)):
+    with deferred(*_UNUSED, *(f"numpy.{name}" for name in _PACKAGES)):
         numpy: Any = import_module("numpy")
     absent = [name for name in _PACKAGES if isinstance(vars(numpy).get(name), Deferred)]
     for name in absent:
