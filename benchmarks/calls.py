@@ -37,7 +37,8 @@ def main() -> None:
     parser.add_argument("--one", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.one:
-        print(json.dumps(measure(arguments.one, arguments.only)))
+        figures = measure(arguments.one, arguments.only)
+        print("\n" + json.dumps(figures))
         return
     sides = ["roboyard.pybullet"]
     if importlib.util.find_spec("pybullet") is not None:
@@ -59,9 +60,8 @@ def main() -> None:
 def measure(side: str, only: str) -> dict[str, float]:
     """Return the figure of each call on one side."""
     p = importlib.import_module(side)
-    data = importlib.import_module("pybullet_data" if side == "pybullet" else "roboyard.pybullet_data")
     p.connect(p.DIRECT)
-    p.setAdditionalSearchPath(data.getDataPath())
+    p.setAdditionalSearchPath(data_folder())
     p.setGravity(0, 0, -9.8)
     p.loadURDF("plane.urdf")
     robot = p.loadURDF("r2d2.urdf", [0, 0, 1])
@@ -69,46 +69,218 @@ def measure(side: str, only: str) -> dict[str, float]:
     usage = resource.getrusage(resource.RUSAGE_SELF)
     found = {"start (s)": usage.ru_utime + usage.ru_stime}
     arm = p.loadURDF("kuka_iiwa/model.urdf", [2, 0, 0], useFixedBase=True)
+    cube = p.loadURDF("cube_small.urdf", [1, 0, 1])
     p.stepSimulation()
-    for name, call in calls(p, robot, arm).items():
-        if re.search(only, name):
-            found[name] = cost(call)
+    for table in (transforms, getters, queries, commands, pairs):
+        for name, call in table(p, robot, arm, cube).items():
+            if re.search(only, name):
+                found[name] = cost(call)
     return found
 
 
-def calls(p: Any, robot: int, arm: int) -> dict[str, Callable[[], Any]]:
-    """Return name to call."""
-    q, v, seven = [0, 0, 0, 1], [0.1, 0.2, 0.3], [0.0] * 7
+def data_folder() -> str:
+    """Return the folder of PyBullet's robots, or of Roboyard's own."""
+    has_data = importlib.util.find_spec("pybullet_data") is not None
+    return importlib.import_module("pybullet_data" if has_data else "roboyard.pybullet_data").getDataPath()
+
+
+Calls = dict[str, Callable[[], Any]]
+
+
+def transforms(p: Any, *bodies: int) -> Calls:
+    """Return name to call of the mathematics."""
+    q, r, v = [0.1, 0.2, 0.3, 0.927], [0.0, 0.6, 0.0, 0.8], [0.1, 0.2, 0.3]
     return {
-        "applyExternalForce": lambda: p.applyExternalForce(robot, -1, [1, 0, 0], [0, 0, 0], p.LINK_FRAME),
-        "applyExternalTorque": lambda: p.applyExternalTorque(robot, -1, [1, 0, 0], p.LINK_FRAME),
-        "resetBasePositionAndOrientation": lambda: p.resetBasePositionAndOrientation(robot, [0, 0, 1], q),
-        "resetBaseVelocity": lambda: p.resetBaseVelocity(robot, [0, 0, 0], [0, 0, 0]),
-        "resetJointState": lambda: p.resetJointState(arm, 2, 0.1),
-        "getBasePositionAndOrientation": lambda: p.getBasePositionAndOrientation(robot),
-        "getBaseVelocity": lambda: p.getBaseVelocity(robot),
-        "getJointState": lambda: p.getJointState(arm, 2),
-        "getJointStates": lambda: p.getJointStates(arm, range(7)),
-        "getJointInfo": lambda: p.getJointInfo(arm, 2),
-        "getNumJoints": lambda: p.getNumJoints(arm),
-        "getLinkState": lambda: p.getLinkState(arm, 6),
-        "getLinkState, forward kinematics": lambda: p.getLinkState(arm, 6, computeForwardKinematics=1),
-        "getLinkStates": lambda: p.getLinkStates(arm, range(7)),
-        "getContactPoints": lambda: p.getContactPoints(robot),
-        "rayTest": lambda: p.rayTest([0, 0, 5], [0, 0, -5]),
-        "setJointMotorControl2": lambda: p.setJointMotorControl2(arm, 2, p.POSITION_CONTROL, 0.1, force=100),
-        "setJointMotorControlArray": lambda: p.setJointMotorControlArray(
-            arm, range(7), p.POSITION_CONTROL, [0] * 7
-        ),
-        "calculateInverseKinematics": lambda: p.calculateInverseKinematics(arm, 6, [1.6, 0.2, 0.6]),
-        "calculateInverseDynamics": lambda: p.calculateInverseDynamics(arm, seven, seven, seven),
-        "calculateJacobian": lambda: p.calculateJacobian(arm, 6, [0, 0, 0], seven, seven, seven),
         "getQuaternionFromEuler": lambda: p.getQuaternionFromEuler(v),
         "getEulerFromQuaternion": lambda: p.getEulerFromQuaternion(q),
         "getMatrixFromQuaternion": lambda: p.getMatrixFromQuaternion(q),
         "multiplyTransforms": lambda: p.multiplyTransforms(v, q, v, q),
         "invertTransform": lambda: p.invertTransform(v, q),
+        "rotateVector": lambda: p.rotateVector(q, v),
+        "getQuaternionSlerp": lambda: p.getQuaternionSlerp(q, r, 0.3),
+        "getQuaternionFromAxisAngle": lambda: p.getQuaternionFromAxisAngle(v, 0.3),
+        "getAxisAngleFromQuaternion": lambda: p.getAxisAngleFromQuaternion(q),
+        "getDifferenceQuaternion": lambda: p.getDifferenceQuaternion(q, r),
+        "getAxisDifferenceQuaternion": lambda: p.getAxisDifferenceQuaternion(q, r),
+        "calculateVelocityQuaternion": lambda: p.calculateVelocityQuaternion(q, r, 0.1),
+        "computeViewMatrix": lambda: p.computeViewMatrix([1, 1, 1], [0, 0, 0], [0, 0, 1]),
+        "computeViewMatrixFromYawPitchRoll": lambda: p.computeViewMatrixFromYawPitchRoll(v, 1, 30, -20, 0, 2),
+        "computeProjectionMatrix": lambda: p.computeProjectionMatrix(-1, 1, -1, 1, 0.1, 10),
+        "computeProjectionMatrixFOV": lambda: p.computeProjectionMatrixFOV(60, 1, 0.1, 10),
+    }
+
+
+def getters(p: Any, robot: int, arm: int, cube: int) -> Calls:
+    """Return name to call of what reads the state."""
+    fixed = p.createConstraint(cube, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [1, 0, 1])
+    data = p.addUserData(cube, "key", "value")
+    p.stepSimulation()
+    return {
+        "isConnected": p.isConnected,
+        "getConnectionInfo": p.getConnectionInfo,
+        "getAPIVersion": p.getAPIVersion,
+        "getNumBodies": p.getNumBodies,
+        "getBodyUniqueId": lambda: p.getBodyUniqueId(1),
+        "getBodyInfo": lambda: p.getBodyInfo(arm),
+        "getBasePositionAndOrientation": lambda: p.getBasePositionAndOrientation(robot),
+        "getBaseVelocity": lambda: p.getBaseVelocity(robot),
+        "getJointState": lambda: p.getJointState(arm, 2),
+        "getJointStates": lambda: p.getJointStates(arm, range(7)),
+        "getJointStateMultiDof": lambda: p.getJointStateMultiDof(arm, 2),
+        "getJointStatesMultiDof": lambda: p.getJointStatesMultiDof(arm, range(7)),
+        "getJointInfo": lambda: p.getJointInfo(arm, 2),
+        "getNumJoints": lambda: p.getNumJoints(arm),
+        "computeDofCount": lambda: p.computeDofCount(arm),
+        "getLinkState": lambda: p.getLinkState(arm, 6),
+        "getLinkState, velocity": lambda: p.getLinkState(arm, 6, computeLinkVelocity=1),
+        "getLinkState, forward kinematics": lambda: p.getLinkState(arm, 6, computeForwardKinematics=1),
+        "getLinkStates": lambda: p.getLinkStates(arm, range(7)),
+        "getLinkStates, velocity": lambda: p.getLinkStates(arm, range(7), computeLinkVelocity=1),
+        "getDynamicsInfo": lambda: p.getDynamicsInfo(arm, 3),
+        "getVisualShapeData": lambda: p.getVisualShapeData(arm),
+        "getCollisionShapeData": lambda: p.getCollisionShapeData(arm, 3),
+        "getNumConstraints": p.getNumConstraints,
+        "getConstraintUniqueId": lambda: p.getConstraintUniqueId(0),
+        "getConstraintInfo": lambda: p.getConstraintInfo(fixed),
+        "getConstraintState": lambda: p.getConstraintState(fixed),
+        "getPhysicsEngineParameters": p.getPhysicsEngineParameters,
+        "getNumUserData": lambda: p.getNumUserData(cube),
+        "getUserData": lambda: p.getUserData(data),
+        "getUserDataId": lambda: p.getUserDataId(cube, "key"),
+        "getUserDataInfo": lambda: p.getUserDataInfo(cube, 0),
+        "getDebugVisualizerCamera": p.getDebugVisualizerCamera,
+        "getKeyboardEvents": p.getKeyboardEvents,
+        "getMouseEvents": p.getMouseEvents,
+        "getVREvents": p.getVREvents,
+        "isNumpyEnabled": p.isNumpyEnabled,
+    }
+
+
+def queries(p: Any, robot: int, arm: int, cube: int) -> Calls:
+    """Return name to call of what computes from the state."""
+    seven, tenths = [0.0] * 7, [0.1] * 7
+    starts, ends = [[0.02 * i, 0, 2] for i in range(64)], [[0.04 * i, 0, -1] for i in range(64)]
+    state = p.saveState()
+    count = sum(p.getJointInfo(robot, i)[2] != p.JOINT_FIXED for i in range(p.getNumJoints(robot)))
+    floating = [0.1] * count
+    pose = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+    view, projection = (
+        p.computeViewMatrix([4, 4, 3], [0, 0, 0], [0, 0, 1]),
+        p.computeProjectionMatrixFOV(60, 1, 0.1, 10),
+    )
+    return {
+        "getContactPoints": lambda: p.getContactPoints(robot),
+        "getContactPoints, two bodies": lambda: p.getContactPoints(arm, cube),
+        "getClosestPoints": lambda: p.getClosestPoints(arm, cube, 2.0),
+        "getAABB": lambda: p.getAABB(cube),
+        "getAABB, link": lambda: p.getAABB(arm, 3),
+        "getOverlappingObjects": lambda: p.getOverlappingObjects([0, -1, 0], [3, 1, 2]),
+        "rayTest": lambda: p.rayTest([0, 0, 5], [0, 0, -5]),
+        "rayTestBatch, 64": lambda: p.rayTestBatch(starts, ends),
+        "calculateInverseKinematics": lambda: p.calculateInverseKinematics(arm, 6, [1.6, 0.2, 0.6]),
+        "calculateInverseKinematics2": lambda: p.calculateInverseKinematics2(arm, [6], [[1.6, 0.2, 0.6]]),
+        "calculateInverseDynamics": lambda: p.calculateInverseDynamics(arm, seven, tenths, tenths),
+        "calculateInverseDynamics, floating": lambda: p.calculateInverseDynamics(
+            robot, pose + floating, [0.1] * 6 + floating, [0.1] * 6 + floating
+        ),
+        "calculateJacobian": lambda: p.calculateJacobian(arm, 6, [0, 0, 0], tenths, seven, seven),
+        "calculateJacobian, floating": lambda: p.calculateJacobian(
+            robot, 3, [0.1, 0, 0], floating, floating, floating
+        ),
+        "calculateMassMatrix": lambda: p.calculateMassMatrix(arm, tenths),
+        "calculateMassMatrix, floating": lambda: p.calculateMassMatrix(robot, floating),
+        "restoreState": lambda: p.restoreState(state),
+        "performCollisionDetection": p.performCollisionDetection,
+        "getCameraImage, 64 x 64": lambda: p.getCameraImage(
+            64, 64, view, projection, renderer=p.ER_TINY_RENDERER
+        ),
         "stepSimulation": p.stepSimulation,
+    }
+
+
+def commands(p: Any, robot: int, arm: int, cube: int) -> Calls:
+    """Return name to call of what changes the state or a setting."""
+    q, v, zero = [0, 0, 0, 1], [0.1, 0.2, 0.3], [0, 0, 0]
+    held = p.createConstraint(cube, -1, -1, -1, p.JOINT_FIXED, zero, zero, [1, 0, 1])
+    line, folder = p.addUserDebugLine(zero, v), data_folder()
+    return {
+        "applyExternalForce": lambda: p.applyExternalForce(robot, -1, [1, 0, 0], zero, p.LINK_FRAME),
+        "applyExternalForce, world": lambda: p.applyExternalForce(arm, 6, [1, 0, 0], zero, p.WORLD_FRAME),
+        "applyExternalTorque": lambda: p.applyExternalTorque(robot, -1, [1, 0, 0], p.LINK_FRAME),
+        "resetBasePositionAndOrientation": lambda: p.resetBasePositionAndOrientation(robot, [0, 0, 1], q),
+        "resetBasePositionAndOrientation, fixed": lambda: p.resetBasePositionAndOrientation(
+            arm, [2, 0, 0], q
+        ),
+        "resetBaseVelocity": lambda: p.resetBaseVelocity(robot, zero, zero),
+        "resetJointState": lambda: p.resetJointState(arm, 2, 0.1),
+        "resetJointStateMultiDof": lambda: p.resetJointStateMultiDof(arm, 2, [0.1]),
+        "resetJointStatesMultiDof": lambda: p.resetJointStatesMultiDof(arm, range(7), [[0.1]] * 7),
+        "setJointMotorControl2": lambda: p.setJointMotorControl2(arm, 2, p.POSITION_CONTROL, 0.1, force=100),
+        "setJointMotorControl2, velocity": lambda: p.setJointMotorControl2(
+            arm, 2, p.VELOCITY_CONTROL, targetVelocity=0.1, force=100
+        ),
+        "setJointMotorControl2, torque": lambda: p.setJointMotorControl2(
+            robot, 3, p.TORQUE_CONTROL, force=0.1
+        ),
+        "setJointMotorControlArray": lambda: p.setJointMotorControlArray(
+            arm, range(7), p.POSITION_CONTROL, [0] * 7
+        ),
+        "setJointMotorControlArray, forces": lambda: p.setJointMotorControlArray(
+            arm, range(7), p.POSITION_CONTROL, [0.0] * 7, forces=[50.0] * 7
+        ),
+        "setJointMotorControlMultiDof": lambda: p.setJointMotorControlMultiDof(
+            arm, 2, p.POSITION_CONTROL, [0.1], force=[100]
+        ),
+        "setJointMotorControlMultiDofArray": lambda: p.setJointMotorControlMultiDofArray(
+            arm, range(7), p.POSITION_CONTROL, [[0.1]] * 7, forces=[[100]] * 7
+        ),
+        "enableJointForceTorqueSensor": lambda: p.enableJointForceTorqueSensor(arm, 2, 1),
+        "changeDynamics, friction": lambda: p.changeDynamics(cube, -1, lateralFriction=0.5),
+        "changeDynamics, damping": lambda: p.changeDynamics(
+            robot, -1, linearDamping=0.04, angularDamping=0.04
+        ),
+        "changeDynamics, mass": lambda: p.changeDynamics(cube, -1, mass=0.2),
+        "changeConstraint": lambda: p.changeConstraint(held, [1, 0, 1], q, maxForce=50),
+        "setCollisionFilterPair": lambda: p.setCollisionFilterPair(robot, arm, 1, 3, 1),
+        "setCollisionFilterGroupMask": lambda: p.setCollisionFilterGroupMask(cube, -1, 1, 1),
+        "setGravity": lambda: p.setGravity(0, 0, -9.8),
+        "setTimeStep": lambda: p.setTimeStep(1 / 240),
+        "setRealTimeSimulation": lambda: p.setRealTimeSimulation(0),
+        "setPhysicsEngineParameter": lambda: p.setPhysicsEngineParameter(numSolverIterations=50),
+        "setDefaultContactERP": lambda: p.setDefaultContactERP(0.2),
+        "setTimeOut": lambda: p.setTimeOut(10),
+        "setAdditionalSearchPath": lambda: p.setAdditionalSearchPath(folder),
+        "changeVisualShape": lambda: p.changeVisualShape(cube, -1, rgbaColor=[1, 0, 0, 1]),
+        "addUserDebugLine, replaced": lambda: p.addUserDebugLine(zero, v, replaceItemUniqueId=line),
+        "setDebugObjectColor": lambda: p.setDebugObjectColor(cube, -1, [1, 0, 0]),
+        "addUserData": lambda: p.addUserData(cube, "key", "value"),
+        "syncBodyInfo": p.syncBodyInfo,
+        "syncUserData": p.syncUserData,
+        "submitProfileTiming": lambda: p.submitProfileTiming("event"),
+        "configureDebugVisualizer": lambda: p.configureDebugVisualizer(p.COV_ENABLE_GUI, 0),
+        "resetDebugVisualizerCamera": lambda: p.resetDebugVisualizerCamera(2, 30, -20, v),
+    }
+
+
+def pairs(p: Any, robot: int, arm: int, cube: int) -> Calls:
+    """Return name to call of what creates something and removes it."""
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    zero = [0, 0, 0]
+
+    def pair(create: Callable[[], int], remove: Callable[[int], Any]) -> Callable[[], Any]:
+        return lambda: remove(create())
+
+    return {
+        "createCollisionShape, removed": pair(
+            lambda: p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1]), p.removeCollisionShape
+        ),
+        "createMultiBody, removed": pair(lambda: p.createMultiBody(1, box), p.removeBody),
+        "createConstraint, removed": pair(
+            lambda: p.createConstraint(cube, -1, -1, -1, p.JOINT_POINT2POINT, zero, zero, zero),
+            p.removeConstraint,
+        ),
+        "addUserDebugLine, removed": pair(lambda: p.addUserDebugLine(zero, [0, 0, 1]), p.removeUserDebugItem),
+        "loadURDF, removed": pair(lambda: p.loadURDF("cube_small.urdf"), p.removeBody),
     }
 
 

@@ -12,7 +12,7 @@ from numba import carray, cfunc, njit, types
 from numba.extending import intrinsic
 
 from roboyard.native.called import called_functions
-from roboyard.native.signatures import Argument, Record, Signature
+from roboyard.native.signatures import Argument, FrontSignature, Record, Signature
 
 FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
 """LLVM's freedoms that keep infinite and undefined numbers as they are."""
@@ -48,11 +48,14 @@ def jit(
     return _made[key]
 
 
-def machine_code(function: FunctionType, signature: Signature, name: str, *, is_small: bool) -> bytes:
+def machine_code(
+    function: FunctionType, signature: Signature | FrontSignature, name: str, *, is_small: bool
+) -> bytes:
     """Return an object file with a loop as the function `name`, which has no other public name.
 
     The function is what Python calls METH_FASTCALL: its arguments are the object None, the address of a list
-    of objects and their number; it returns an object, or 0 after it has set an exception.
+    of objects and their number; it returns an object, or 0 after it has set an exception. Of a front the
+    first is the Python function, and the fourth the tuple of keywords or 0.
 
     Args:
         function: Python source of the loop.
@@ -62,15 +65,27 @@ def machine_code(function: FunctionType, signature: Signature, name: str, *, is_
     """
     loop = jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan)
     values: dict[str, Any] = {"_loop": loop, "np": np, **_PYTHON}
+    if isinstance(signature, FrontSignature):
+        from roboyard.native.front_entries import front_source, helpers
+
+        return _compiled(front_source(signature), values | helpers(), 4, name, is_small)
     for k, argument in enumerate(signature.arguments):
         if isinstance(argument, Record):
             values[f"_record{k}"] = argument.made_by
         for a in argument.fields if isinstance(argument, Record) else (argument,):
             if a.dimensions and _view_name(a) not in values:
                 values[_view_name(a)] = _view(a)
-    exec(compile(_entry_source(signature), f"<{name}>", "exec"), values)  # noqa: S102 - our own source
-    made: Any = cfunc(_WORD(_WORD, types.CPointer(_WORD), _WORD), error_model="numpy")(values["entry"])
-    return _object_file(made.inspect_llvm(), made.native_name.removeprefix("cfunc."), name, is_small)
+    return _compiled(_entry_source(signature), values, 3, name, is_small)
+
+
+def _compiled(source: str, values: dict[str, Any], count: int, name: str, is_small: bool) -> bytes:
+    """Return an object file of the function `entry` of a source, whose second argument is an address."""
+    exec(compile(source, f"<{name}>", "exec"), values)  # noqa: S102 - our own source
+    words = [_WORD] * count
+    words[1] = types.CPointer(_WORD)
+    made: Any = cfunc(_WORD(*words), error_model="numpy")(values["entry"])
+    function = made.native_name.removeprefix("cfunc.")
+    return _object_file(made.inspect_llvm(), function, count, name, is_small)
 
 
 def _entry_source(signature: Signature) -> str:
@@ -107,10 +122,10 @@ def _read(argument: Argument, name: str, given: str) -> list[str]:
     ]
 
 
-def _object_file(assembly: str, function: str, name: str, is_small: bool) -> bytes:
+def _object_file(assembly: str, function: str, count: int, name: str, is_small: bool) -> bytes:
     """Return the object file of one function of a module, without what the function does not use."""
     module = llvm.parse_assembly(
-        _UNUSED.sub(r"define void @\1(\2 %0) { ret void }", assembly) + _entry(function, name)
+        _UNUSED.sub(r"define void @\1(\2 %0) { ret void }", assembly) + _entry(function, count, name)
     )
     for other in (*module.functions, *module.global_variables):
         if other.name != name and not other.is_declaration:
@@ -129,14 +144,15 @@ def _object_file(assembly: str, function: str, name: str, is_small: bool) -> byt
     return machine.emit_object(module)
 
 
-def _entry(function: str, name: str) -> str:
+def _entry(function: str, count: int, name: str) -> str:
     """Return the public function, which calls numba's: that takes places of result and error first."""
+    given = ", ".join(f"{'ptr' if k == 1 else 'i64'} %a{k}" for k in range(count))
     return f"""
-define i64 @{name}(i64 %none, ptr %given, i64 %count) {{
+define i64 @{name}({given}) {{
   %result = alloca i64
   %problem = alloca ptr
   store i64 0, ptr %result
-  %status = call i32 @"{function}"(ptr %result, ptr %problem, i64 %none, ptr %given, i64 %count)
+  %status = call i32 @"{function}"(ptr %result, ptr %problem, {given})
   %object = load i64, ptr %result
   ret i64 %object
 }}

@@ -14,7 +14,7 @@ from roboyard.native import objects
 from roboyard.native.builtin import builtin_function
 from roboyard.native.signatures import Record, Signature, parse_signature
 
-_loading = threading.RLock()
+loading = threading.RLock()
 """Held while a loop is compiled or loaded: LLVM and the files of loops are for one thread at a time."""
 
 
@@ -66,7 +66,7 @@ class Kernel:
 
     def load(self) -> Callable[..., Any]:
         """Compile the loop or load its stored code, and return the function that executes it."""
-        with _loading:
+        with loading:
             return self._loaded or self._load()
 
     def _load(self) -> Callable[..., Any]:

@@ -78,6 +78,28 @@ class Signature:
         return ""
 
 
+@dataclass(frozen=True)
+class Numbers:
+    """A number, or a vector of a fixed length."""
+
+    dtype: str
+    """`float64`; `float32` where it is rounded to 32 bits."""
+    length: int
+    """0 for a number."""
+
+
+@dataclass(frozen=True)
+class FrontSignature:
+    """Arguments and results of a front."""
+
+    arguments: tuple[Numbers, ...]
+    results: tuple[Numbers, ...]
+    ignored: str
+    """Name of a keyword that changes nothing, "" for none."""
+    fast_math: bool = False
+    no_nan: bool = False
+
+
 def record(made_by: type, text: str) -> Record:
     """Return a named tuple as an argument; `text` has the types of its fields, as a signature has.
 

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 from roboyard._lazy import paused_collection
-from roboyard.pybullet.face.calling import builtin, public, refusing
+from roboyard.pybullet.face.calling import builtin, counted, public, refusing
 from roboyard.pybullet.face.commands import COMMANDS
 
 _FREE: Mapping[str, tuple[str, ...]] = {
@@ -61,6 +61,8 @@ def public_function(name: str) -> Callable[..., Any]:
             function = getattr(import_module(_FREE_HOMES[name]), name)
         if ".api.math." not in _FREE_HOMES[name]:
             function = refusing(function)
+        if hasattr(function, "front"):
+            function = counted(function)
         function.__module__ = __name__  # pickled by this module, whose attributes make the built-in, too
     elif name in COMMANDS:
         with paused_collection():

@@ -16,6 +16,7 @@ import sys
 import types
 import typing
 from collections.abc import Callable, Mapping
+from itertools import count
 from typing import Any
 
 from roboyard._bytecode import code_of
@@ -24,6 +25,8 @@ from roboyard.pybullet.face.errors import error, world_failure
 
 REFUSED = (RoboyardError, ValueError)
 """Errors of the layers below for values that they refuse; scripts get them as `error`."""
+MANY_CALLS, MOST_CALLS = 100, 5000
+"""After so many calls a stored front is loaded (0.3 ms), or one is compiled once and for all (0.7 s)."""
 _FASTCALL_WITH_KEYWORDS = 0x0080 | 0x0002
 _VARIABLE, _VARIABLE_KEYWORDS = 0x04, 0x08  # CO_VARARGS, CO_VARKEYWORDS
 _NO_DEFAULT: Any = object()
@@ -56,6 +59,9 @@ def builtin(function: types.FunctionType) -> Callable[..., Any]:
         text.encode(),
     )
     _definitions.append(definition)
+    entered = getattr(function, "entered", None)
+    if entered is not None:
+        entered.append(definition)
     new = ctypes.pythonapi.PyCFunction_NewEx
     new.restype = ctypes.py_object
     new.argtypes = (ctypes.POINTER(_MethodDefinition), ctypes.py_object, ctypes.py_object)
@@ -209,6 +215,29 @@ def refusing(function: types.FunctionType) -> types.FunctionType:
             raise world_failure(function.__name__, problem) from problem
 
     return typing.cast(types.FunctionType, call)
+
+
+def counted(function: Any) -> types.FunctionType:
+    """Return a function that counts its calls; its built-in enters the compiled front after many.
+
+    Args:
+        function: a function with a `front`; see `roboyard.native.fronts`.
+    """
+    calls, front = count(1), function.front
+    definitions: list[_MethodDefinition] = []
+
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        number = next(calls)
+        if (number == MANY_CALLS and front.is_stored) or (number == MOST_CALLS and front.is_cheap):
+            address = front.address()
+            for definition in definitions if address else ():
+                definition.function = address
+        return function(*args, **kwargs)
+
+    made = typing.cast(Any, call)
+    made.entered = definitions
+    return made
 
 
 def _required(name: str, **given: object) -> None:
