@@ -18,9 +18,10 @@ from pathlib import Path
 
 import roboyard
 from roboyard.native import Kernel
+from roboyard.native.fronts import Front
 
 PACKAGE = Path(roboyard.__file__).parent
-DECORATED = re.compile(r"^@(compiled|kernel)\(", re.MULTILINE)
+DECORATED = re.compile(r"^@(compiled|fronted|kernel)\(", re.MULTILINE)
 
 
 def main() -> None:
@@ -40,11 +41,16 @@ def modules_with_loops() -> list[str]:
 
 def compile_module(name: str) -> int:
     """Compile the loops of a module and return how many were not stored before."""
-    loops = [value for value in vars(importlib.import_module(name)).values() if isinstance(value, Kernel)]
-    new = [loop for loop in loops if loop.__module__ == name and not loop.is_ready]
+    values = list(vars(importlib.import_module(name)).values())
+    loops = [value for value in values if isinstance(value, Kernel) and value.__module__ == name]
+    new = [loop for loop in loops if not loop.is_ready]
     for loop in new:
         loop.load()
-    return len(new)
+    fronts = [value.front for value in values if isinstance(getattr(value, "front", None), Front)]
+    missing = [front for front in fronts if not front.is_stored]
+    for front in missing:
+        front.address()
+    return len(new) + len(missing)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
+from roboyard.pybullet.state.body_records import BodyRecord
 
 ARM = """<robot name="arm"><link name="base">
     <inertial><mass value="4"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>
@@ -75,6 +76,17 @@ def record_inverse_dynamics(p: Any, folder: Path) -> Any:
     ]
 
 
+def record_inverse_dynamics_of_a_floating_base(p: Any, folder: Path) -> Any:
+    p.setGravity(1.0, -2.0, -9.81)
+    body = arm(p, folder, fixed=False)
+    pose = [0.3, 0.2, 0.1, 0.0, 0.0, 0.6, 0.8]  # Bullet turns about several axes in another order
+    return [
+        p.calculateInverseDynamics(body, pose + q, [*speeds, 0.5, -0.4, 0.3], [*changes, 3, 2, -1])
+        for q in POSTURES
+        for speeds, changes in (([0] * 6, [0] * 6), ([1, -2, 0.5, 3, 4, 5], [0.3, 0.2, 0.1, 4, -5, 6]))
+    ]
+
+
 def record_wrong_arguments(p: Any, folder: Path) -> Any:
     body = arm(p, folder)
     three, two = [0.0] * 3, [0.0] * 2
@@ -92,6 +104,7 @@ def record_wrong_arguments(p: Any, folder: Path) -> Any:
         (record_jacobians_of_a_floating_base, 1e-6),
         (record_mass_matrices, 1e-6),
         (record_inverse_dynamics, 1e-6),
+        (record_inverse_dynamics_of_a_floating_base, 1e-6),
         (record_wrong_arguments, 0),
     ],
 )
@@ -120,6 +133,38 @@ def test_a_jacobian_is_how_the_point_moves(client: int, tmp_path: Path, q: list[
         behind[column] -= 1000 * step
         difference = (place(ahead) - place(behind)) / (2000 * step)
         assert [row[column] for row in linear] == pytest.approx(difference.tolist(), abs=2e-4)
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+@pytest.mark.parametrize("q", POSTURES)
+def test_the_compiled_tree_does_what_mujoco_does(
+    client: int, tmp_path: Path, fixed: bool, q: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    p.setGravity(1, 2, -9)
+    arm(p, tmp_path)
+    body = arm(p, tmp_path, fixed=fixed)
+    pose, six = ([], []) if fixed else ([0.1, 0.2, 0.3, 0, 0.6, 0, 0.8], [1.0, 2.0, 3.0, -1.0, 0.5, 0.25])
+
+    def results() -> list[Any]:
+        return [
+            p.calculateInverseDynamics(body, pose + q, [*six, 0.1, 0.2, 0.3], [*six, 3.0, 2.0, 1.0]),
+            p.calculateMassMatrix(body, [*q, 7.0]),
+            *(p.calculateJacobian(body, link, [0.1, 0.2, 0.3], q, q, q) for link in (-1, 0, 2)),
+        ]
+
+    compiled = results()
+    assert results() == compiled, "nothing is left over"
+    monkeypatch.setattr(BodyRecord, "tree", lambda record, model: None)
+    for ours, theirs in zip(compiled, results(), strict=True):
+        np.testing.assert_allclose(np.array(ours), np.array(theirs), rtol=1e-10, atol=1e-10)
+
+
+def test_a_changed_mass_counts(client: int, tmp_path: Path) -> None:
+    body = arm(p, tmp_path)
+    before = p.calculateMassMatrix(body, POSTURES[0])
+    p.changeDynamics(body, 2, mass=1.5)
+    after = p.calculateMassMatrix(body, POSTURES[0])
+    assert after[2][2] == pytest.approx(before[2][2] + 1.0), "the slide carries 1 kg more"
 
 
 @pytest.mark.parametrize("q", POSTURES)
@@ -157,4 +202,4 @@ def test_a_floating_base_weighs_what_its_links_do(client: int, tmp_path: Path) -
     body = arm(p, tmp_path, fixed=False)
     p.setGravity(0, 0, -10)
     efforts = p.calculateInverseDynamics(body, [0, 0, 0, 0, 0, 0, 1, *POSTURES[1]], [0] * 9, [0] * 9)
-    assert efforts[3:6] == pytest.approx((0, 0, 75), abs=1e-6), "7.5 kg"
+    assert efforts[:3] == pytest.approx((0, 0, 75), abs=1e-6), "7.5 kg; the force comes before the torque"

@@ -31,7 +31,10 @@ _BAD_SPEEDS = (
     "calculateInverseDynamics numDofs needs to be positive and [joint velocities] and[joint accelerations] "
     "need to be equal and match the number of degrees of freedom."
 )
-_BAD_DYNAMICS = "calculateInverseDynamics numDofs needs to be positive and [joint positions], "
+_BAD_DYNAMICS = (
+    "calculateInverseDynamics numDofs needs to be positive and [joint positions], "
+    "[joint velocities], [joint accelerations] need to match the number of DoF."
+)
 
 
 @command()
@@ -63,6 +66,14 @@ def calculateJacobian(
     """
     scene = client.scene
     record = scene.ready(bodyUniqueId, _BAD_JACOBIAN)
+    tree = record.tree(scene.world.live_model)
+    if tree is not None and -1 <= whole(linkIndex) < record.joint_count:
+        point = vector3(localPosition, _BAD_JACOBIAN)
+        if any(point):
+            point = rotated(record.links[linkIndex + 1].frame.quaternion, point)
+        found = tree.jacobian(linkIndex, point, objPositions, objVelocities, objAccelerations)
+        if found is not None:
+            return found
     layout = record.layout
     for kind, name in ((2, "Spherirical"), (3, "Planar")):
         if kind in layout.kinds:
@@ -103,10 +114,14 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     Raises:
         error: the body is unknown or there are too few positions.
     """
-    import mujoco
-
     scene = client.scene
     record = scene.ready(bodyUniqueId, _BAD_MASS_MATRIX)
+    tree = None if flags else record.tree(scene.world.live_model)
+    found = None if tree is None else tree.mass_matrix(objPositions)
+    if found is not None:
+        return found
+    import mujoco
+
     padded, base = bool(whole(flags) & 1), None
     joints: Vector | Array = objPositions
     if padded:
@@ -142,17 +157,23 @@ def calculateInverseDynamics(
     """Return the joint torques (N m) and forces (N) that cause accelerations, with gravity, without damping.
 
     A floating base takes 7 + n positions and 6 + n velocities and accelerations (the base's angular before
-    linear) and returns 6 + n numbers. With flags 1 all lists have the layout of positions, base first, with a
-    zero in the fourth place of every quaternion's velocity.
+    linear) and returns 6 + n numbers, the base's force before its torque. With flags 1 all lists have the
+    layout of positions, base first, with a zero in the fourth place of every quaternion's velocity.
 
     Raises:
         error: the body is unknown or a list has the wrong length.
     """
+    scene = client.scene
+    message = _BAD_DYNAMICS
+    record = scene.ready(bodyUniqueId, message)
+    tree = None if flags else record.tree(scene.world.live_model)
+    if tree is not None:
+        scene.apply_parameters()
+        found = tree.inverse_dynamics(objPositions, objVelocities, objAccelerations)
+        if found is not None:
+            return found
     import mujoco
 
-    scene = client.scene
-    message = _BAD_DYNAMICS + "[joint velocities], [joint accelerations] need to match the number of DoF."
-    record = scene.ready(bodyUniqueId, message)
     floating = record.free is not None
     given = [
         _all_numbers(objPositions, message),
@@ -188,7 +209,8 @@ def calculateInverseDynamics(
     mujoco.mj_rne(model, data, 1, result)
     efforts = result[layout.dofs] if columns is None else columns.T @ result
     if not padded:
-        return tuple(efforts.tolist())
+        found = tuple(efforts.tolist())
+        return (*found[3:6], *found[:3], *found[6:]) if floating else found
     out = np.zeros(size)
     out[places] = efforts
     return tuple(out.tolist())

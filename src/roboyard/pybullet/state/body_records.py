@@ -22,6 +22,7 @@ from roboyard.transforms import Array, conjugate, multiply, rotate
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
+    from roboyard.pybullet.bullet_rules.link_trees import LinkTree
     from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds
     from roboyard.sim.body import Body
     from roboyard.sim.link import Link
@@ -159,6 +160,8 @@ class BodyRecord:
         self.link_pusher: LinkPusher | None = None
         """Pushes a link; created on first use."""
         self._layout: JointLayout | None = None
+        self._tree: LinkTree | None = None
+        self._has_tree = True
         self.rows: list[int] = []
         """MuJoCo row of the base, then of each link."""
         self.free: Array | None = None
@@ -217,7 +220,8 @@ class BodyRecord:
         self.link_groups.clear()
         self.chain_places = None
         self.link_reader = self.link_pusher = None
-        self._layout = None
+        self._layout = self._tree = None
+        self._has_tree = True
         self.rows = [int(row) for row in body.mujoco_ids]
         self.qpos, self.qvel = data.qpos, data.qvel
         self.position_addresses = [int(a) for a in body.qpos_addresses]
@@ -245,6 +249,16 @@ class BodyRecord:
         if self._layout is None:
             self._layout = joint_layout(self.infos, self.position_addresses, self.velocity_addresses)
         return self._layout
+
+    def tree(self, model: Any) -> LinkTree | None:
+        """Return the compiled dynamics of the body in MuJoCo's model; None where its joints have none."""
+        if self._tree is None and self._has_tree:
+            from roboyard.pybullet.bullet_rules.link_trees import link_tree
+
+            types = [info[2] for info in self.infos]
+            self._tree = link_tree(model, self.rows, types, self.base_frame, self.free)
+            self._has_tree = self._tree is not None
+        return self._tree
 
     def positions_of(self, joint: int) -> slice:
         """Return the slice of a joint in qpos."""
