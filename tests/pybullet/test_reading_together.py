@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -131,3 +134,75 @@ def test_motor_commands_for_many_are_single_ones(client: int, mode: int) -> None
         return seen
 
     assert run(one_by_one=True) == run(one_by_one=False)
+
+
+def test_joints_of_many_freedoms_are_read_as_single_ones(robot: int) -> None:
+    joints, everything = movable(robot), list(range(p.getNumJoints(robot)))
+    for _ in range(3):
+        for given in (joints, everything, tuple(joints)):
+            for _ in range(2):  # the second time from a group that is kept
+                together = p.getJointStatesMultiDof(robot, given)
+                assert together == tuple(p.getJointStateMultiDof(robot, j) for j in given)
+        singles = [p.getJointState(robot, j) for j in joints]
+        many = p.getJointStatesMultiDof(robot, joints)
+        assert [(q[0], v[0], r, t[0]) for q, v, r, t in many] == singles
+        p.stepSimulation()
+
+
+@pytest.mark.parametrize("wrap", [lambda q: [q], lambda q: (q,), lambda q: np.array([q])])
+def test_joints_are_reset_together_as_one_by_one(robot: int, wrap: Callable[[float], Any]) -> None:
+    joints = movable(robot)
+    wanted = np.linspace(-0.3, 0.2, len(joints)).tolist()
+    p.resetJointStatesMultiDof(robot, joints, [wrap(q) for q in wanted])
+    found = [p.getJointState(robot, j)[:2] for j in joints]
+    for joint, q in zip(joints, wanted, strict=True):
+        p.resetJointState(robot, joint, 9.0, 9.0)
+        p.resetJointStateMultiDof(robot, joint, wrap(q))
+    assert [p.getJointState(robot, j)[:2] for j in joints] == found == [(q, 0.0) for q in wanted]
+
+
+def test_motors_of_many_freedoms_are_those_of_one(robot: int) -> None:
+    joints = movable(robot)
+    goals = np.linspace(-0.2, 0.1, len(joints)).tolist()
+    state, ends = p.saveState(), []
+
+    def plain() -> None:
+        p.setJointMotorControlArray(robot, joints, p.POSITION_CONTROL, goals, forces=[5.0] * len(joints))
+
+    def together() -> None:
+        p.setJointMotorControlMultiDofArray(
+            robot, joints, p.POSITION_CONTROL, [[q] for q in goals], forces=[[5.0]] * len(joints)
+        )
+
+    def single() -> None:
+        for joint, q in zip(joints, goals, strict=True):
+            p.setJointMotorControlMultiDof(robot, joint, p.POSITION_CONTROL, [q], force=[5.0])
+
+    for set_motors in (plain, together, single):
+        p.restoreState(state)
+        for _ in range(10):
+            set_motors()
+            p.stepSimulation()
+        ends.append(p.getJointStates(robot, joints))
+    assert ends[0] == ends[1] == ends[2]
+
+
+def test_boxes_that_overlap_are_those_of_single_links(robot: int) -> None:
+    for low, high in (([-1, -1, 0.2], [1, 1, 0.4]), ([0.1, 0, 0], [0.2, 1, 3]), ([4, 4, 0.5], [5, 5, 1])):
+        expected = set()
+        for body in range(p.getNumBodies()):
+            for link in range(-1, p.getNumJoints(body)):
+                if p.getCollisionShapeData(body, link) or body == 0:
+                    lower, upper = np.array(p.getAABB(body, link))
+                    if (lower <= np.add(high, 0.02)).all() and (upper >= np.subtract(low, 0.02)).all():
+                        expected.add((body, link))
+        assert set(p.getOverlappingObjects(low, high) or ()) == expected
+
+
+def test_a_box_grows_with_the_margin_of_a_hull(robot: int) -> None:
+    hull = p.createCollisionShape(p.GEOM_MESH, vertices=[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    body = p.createMultiBody(1, hull)
+    before = np.array(p.getAABB(body))
+    p.changeDynamics(body, -1, collisionMargin=0.05)
+    grown = p.getDynamicsInfo(body, -1)[11] - 0.001
+    np.testing.assert_allclose(np.subtract(p.getAABB(body), before), [[-grown] * 3, [grown] * 3], atol=1e-9)

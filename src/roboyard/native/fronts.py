@@ -10,9 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from types import FunctionType
-from typing import Any
+from typing import Any, TypeVar
 
 from roboyard.native.signatures import DTYPES, FrontSignature, Numbers
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 class Front:
@@ -52,7 +54,7 @@ class Front:
             return objects.address_of(self.core, self.signature)
 
 
-def fronted(core: Any, text: str, *, ignored: str = "") -> Callable[[Any], Any]:
+def fronted(core: Any, text: str, *, ignored: str = "") -> Callable[[F], F]:
     """Return a decorator that gives a function its front, as the attribute `front`.
 
     Args:
@@ -71,8 +73,8 @@ def fronted(core: Any, text: str, *, ignored: str = "") -> Callable[[Any], Any]:
     if core.__code__.co_argcount != wanted:
         raise TypeError(f"{core.__name__} has {core.__code__.co_argcount} arguments, {text!r} has {wanted}")
 
-    def decorate(function: Any) -> Any:
-        function.front = Front(core, signature)
+    def decorate(function: F) -> F:
+        vars(function)["front"] = Front(core, signature)
         return function
 
     return decorate

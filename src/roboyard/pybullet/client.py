@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 class Client:
     """A connection to a world in this process. Every command of the table is a method of it."""
 
+    is_alive = True
+    """Whether it answers; a server may not."""
+
     def __init__(self, method: int = c.DIRECT) -> None:
         """Create a client without a world; the world is created on first use.
 

@@ -160,14 +160,15 @@ def disconnect(physicsClientId: int = 0) -> None:
 def isConnected(physicsClientId: int = 0) -> int:
     """Return 1 while the client is connected, else 0."""
     client = CLIENTS.get(physicsClientId)
-    return int(client is not None and getattr(client, "is_alive", True))
+    return 1 if client is not None and client.is_alive else 0
 
 
 def getConnectionInfo(physicsClientId: int = 0) -> dict[str, int]:
     """Return `isConnected` (0 or 1) and `connectionMethod` (DIRECT, GUI, ...; 0 when closed)."""
-    if not isConnected(physicsClientId):
+    client = CLIENTS.get(physicsClientId)
+    if client is None or not client.is_alive:
         return {"isConnected": 0, "connectionMethod": 0}
-    return {"isConnected": 1, "connectionMethod": CLIENTS[physicsClientId].method}
+    return {"isConnected": 1, "connectionMethod": client.method}
 
 
 def isNumpyEnabled(physicsClientId: int = 0) -> int:

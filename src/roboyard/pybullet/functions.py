@@ -42,6 +42,9 @@ _FREE: Mapping[str, tuple[str, ...]] = {
 }
 """Functions with their own `physicsClientId`: mathematics, connections and irregular calling forms."""
 
+_REFUSING = frozenset(("connect", "disconnect", *_FREE["calling_forms"]))
+"""Those of them that the world may refuse."""
+
 _FREE_HOMES = {name: f"roboyard.pybullet.{module}" for module, names in _FREE.items() for name in names}
 
 NAMES = tuple(sorted({*COMMANDS, *_FREE_HOMES}))
@@ -59,7 +62,7 @@ def public_function(name: str) -> Callable[..., Any]:
     if name in _FREE_HOMES:
         with paused_collection():
             function = getattr(import_module(_FREE_HOMES[name]), name)
-        if ".api.math." not in _FREE_HOMES[name]:
+        if name in _REFUSING:
             function = refusing(function)
         if hasattr(function, "front"):
             function = counted(function)

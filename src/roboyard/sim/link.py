@@ -144,17 +144,20 @@ class Link:
                 raise ValueError(f"link {self.name!r}: friction must be at least 0 and finite, got {value}")
         condim = 6 if rolling else 4 if spinning else 3
         world = self.body.world
+        model = None if world.is_stale else world.live_model
         for geom in self._built.geoms:
-            values = np.array(geom.friction)
-            for k, value in given:
-                if value is not None:
-                    values[k] = value
-            geom.friction = values
-            wider = max(condim, int(geom.condim))
-            geom.condim = wider
-            if not world.is_stale:
-                world.live_model.geom_friction[geom.id] = values
-                world.live_model.geom_condim[geom.id] = wider
+            row = geom.id
+            old = (geom.friction if model is None else model.geom_friction[row]).tolist()
+            values = [was if value is None else value for was, (_, value) in zip(old, given, strict=True)]
+            if values != old:
+                geom.friction = values
+                if model is not None:
+                    model.geom_friction[row] = values
+            narrow = int(geom.condim if model is None else model.geom_condim[row])
+            if narrow < condim:
+                geom.condim = condim
+                if model is not None:
+                    model.geom_condim[row] = condim
 
     def set_frictionless(self, friction: float = 0.0) -> None:
         """Let this link slide with a friction coefficient, on all surfaces, as omnidirectional wheels do.

@@ -198,22 +198,29 @@ def setJointMotorControlMultiDofArray(
     Raises:
         error: a joint does not exist, or the mode is unknown.
     """
+    record = client.scene.bodies.get(bodyUniqueId)
+    if controlMode == c.POSITION_CONTROL and maxVelocities is None and record is not None:
+        lists = targetPositions, targetVelocities, forces
+        if record.motor_commands is not None and _drive_all(
+            client.scene, record.motor_commands, jointIndices, lists, positionGains, velocityGains
+        ):
+            return
     if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL, c.PD_CONTROL, c.STABLE_PD_CONTROL):
         raise failure("Illegal control mode.", f"unknown control mode {controlMode!r}")
     joints = indices(jointIndices)
     count = len(joints)
     kps, kds = _as_many(positionGains, count, KP), _as_many(velocityGains, count, KD)
     fastest = _as_many(maxVelocities, count, -1.0)
-    lists: list[Sequence[Any]] = [
-        _as_many(values, count, None) for values in (targetPositions, targetVelocities, forces)
-    ]
+    lists = [_as_many(values, count, None) for values in (targetPositions, targetVelocities, forces)]
     if controlMode == c.STABLE_PD_CONTROL:
         records = [joint_of(client, bodyUniqueId, joint) for joint in joints]
         if records:
             _drive_stable(client.scene, records[0], joints, lists[0], lists[1], lists[2], kps, kds)
         return
+    record = None
     for i, joint in enumerate(joints):
-        record = joint_of(client, bodyUniqueId, joint)
+        if record is None or not 0 <= joint < record.joint_count:
+            record = joint_of(client, bodyUniqueId, joint)
         position, velocity, force = (values[i] for values in lists)
         _drive_many(
             client.scene, record, joint, controlMode, position, velocity, force, kps[i], kds[i], fastest[i]
@@ -287,6 +294,10 @@ def _drive_many(
     kind = record.joint_type(joint)
     if kind not in _MOTORED:
         return
+    if kind != 2 and mode == c.POSITION_CONTROL and _drive_one(
+        scene, record, joint, position, velocity, force, kp, kd, fastest
+    ):  # fmt: skip
+        return
     size = VELOCITY_COUNT[kind]
     forces = [DEFAULT_MAX_FORCE] * size if force is None else _spread(force, size)
     if any(limit != limit for limit in forces):
@@ -300,6 +311,48 @@ def _drive_many(
         scene.add_spherical_torque(record, joint, forces)
         return
     _drive_spherical(scene, record, joint, position, velocity, forces, kp, damping)
+
+
+def _drive_all(
+    scene: PhysicsScene,
+    motors: MotorCommands,
+    joints: Sequence[int],
+    lists: Sequence[Any],
+    kps: Vector | None,
+    kds: Vector | None,
+) -> bool:
+    """Set motors of one degree of freedom as setJointMotorControlArray does; return False if it cannot."""
+    try:
+        positions, velocities, forces = (
+            None if values is None else [value for (value,) in values] for values in lists
+        )
+        if not motors.set_many(
+            joints, c.POSITION_CONTROL, positions, velocities, forces, kps, kds, scene.time_step
+        ):
+            return False
+    except (TypeError, ValueError):
+        return False
+    scene.pending_commands.add(motors)
+    return True
+
+
+def _drive_one(
+    scene: PhysicsScene, record: BodyRecord, joint: int, position: Vector | None, velocity: Vector | None,
+    force: Vector | None, kp: float, kd: float, fastest: float,
+) -> bool:  # fmt: skip
+    """Set the motor of a joint as setJointMotorControl2 does; return False, with no effect, if it cannot."""
+    motors = record.motor_commands
+    if motors is None:
+        return False
+    try:
+        (q,) = (0.0,) if position is None else position
+        (v,) = (0.0,) if velocity is None else velocity
+        (limit,) = (DEFAULT_MAX_FORCE,) if force is None else force
+        if not (type(q) in _NUMBERS and type(v) in _NUMBERS and type(limit) in _NUMBERS):
+            return False
+        return motors.set(joint, c.POSITION_CONTROL, q, v, limit, kp, kd, fastest, scene.time_step)
+    except (struct.error, IndexError, TypeError, ValueError):
+        return False
 
 
 def _drive_spherical(

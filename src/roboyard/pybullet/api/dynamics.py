@@ -115,7 +115,8 @@ def changeDynamics(
             localInertiaDiagonal=() if localInertiaDiagonal is None else localInertiaDiagonal,
             limits=(number(jointLowerLimit), number(jointUpperLimit)),
         )
-    if (number(contactStiffness) >= 0) != (number(contactDamping) >= 0):
+    # All of `plain` are numbers from here on
+    if (contactStiffness >= 0) != (contactDamping >= 0):
         raise failure(
             "Both contactStiffness and contactDamping needs to be set together.",
             f"got contactStiffness={contactStiffness}, contactDamping={contactDamping}",
@@ -126,25 +127,24 @@ def changeDynamics(
         return
     state = record.links[linkIndex + 1]
     if record.soft is not None:
-        if number(lateralFriction) >= 0:
+        if lateralFriction >= 0:
             state.friction = lateralFriction
             record.soft.set_friction(lateralFriction)
-        if number(mass) > 0:
+        if mass > 0:
             state.mass = mass
             record.soft.set_mass(mass)
         return
-    if number(mass) >= 0 or localInertiaDiagonal is not None:
+    if mass >= 0 or localInertiaDiagonal is not None:
         moments = (
             None if localInertiaDiagonal is None else vector3(localInertiaDiagonal, "localInertiaDiagonal")
         )
         _set_mass(scene, record, linkIndex, mass if mass >= 0 else state.mass, moments)
-    _set_friction(
-        record, linkIndex, state, number(lateralFriction), number(spinningFriction), number(rollingFriction)
-    )
-    if number(restitution) >= 0:
+    if lateralFriction >= 0 or spinningFriction >= 0 or rollingFriction >= 0:
+        _set_friction(record, linkIndex, state, lateralFriction, spinningFriction, rollingFriction)
+    if restitution >= 0:
         state.restitution = restitution
         record.body.links[linkIndex + 1].restitution = min(restitution, 1.0)
-    if number(linearDamping) >= 0 or number(angularDamping) >= 0:
+    if linearDamping >= 0 or angularDamping >= 0:
         linear = linearDamping if linearDamping >= 0 else record.linear_damping
         angular = angularDamping if angularDamping >= 0 else record.angular_damping
         scene.set_damping(record, linear, angular)
@@ -157,11 +157,12 @@ def changeDynamics(
         scene.world.surfaces.set_anchor(record.body.links[linkIndex + 1], is_anchored=bool(frictionAnchor))
     if number(collisionMargin) >= 0:
         state.collision_margin = collisionMargin
+        record.link_boxes = None
     if linkIndex >= 0:
         joint = record.body.joints[linkIndex]
-        if number(jointDamping) >= 0:
+        if jointDamping >= 0:
             joint.damping = jointDamping
-        if number(jointLowerLimit) <= number(jointUpperLimit) and joint.is_scalar:
+        if jointLowerLimit <= jointUpperLimit and joint.is_scalar:
             joint.set_limits(jointLowerLimit, jointUpperLimit)
         if number(maxJointVelocity) >= 0:
             scene.world.stepping.set_velocity_limit(record.body.id, linkIndex, maxJointVelocity)
@@ -196,12 +197,12 @@ def _has_plane(record: BodyRecord) -> bool:
 def _set_friction(
     record: BodyRecord, link: int, state: LinkState, lateral: float, spinning: float, rolling: float
 ) -> None:
-    given = {"friction": lateral, "spinning_friction": spinning, "rolling_friction": rolling}
-    if all(value < 0 for value in given.values()):
-        return
-    for name, value in given.items():
-        if value >= 0:
-            setattr(state, name, value)
+    if lateral >= 0:
+        state.friction = lateral
+    if spinning >= 0:
+        state.spinning_friction = spinning
+    if rolling >= 0:
+        state.rolling_friction = rolling
     record.body.links[link + 1].set_friction(
         sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
     )

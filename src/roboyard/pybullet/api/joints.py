@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet.face.arguments import check_finite, indices, number, whole
+from roboyard.pybullet.face.arguments import are_finite, check_finite, indices, number, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.joint_groups import NO_REACTION, joint_group
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 State = tuple[Any, ...]
+_PLAIN, _NO_VELOCITY = (list, tuple), (None, ())
 OUT_OF_RANGE = "Joint index out-of-range."
 
 
@@ -32,10 +33,7 @@ def getNumJoints(client: Client, bodyUniqueId: int) -> int:
 def computeDofCount(client: Client, bodyUniqueId: int) -> int:
     """Return the degrees of freedom of a body's joints, plus six if it was loaded with a floating base."""
     record = client.scene.bodies.get(whole(bodyUniqueId))
-    if record is None:
-        return 0
-    own = sum(VELOCITY_COUNT[info[2]] for info in record.infos)
-    return own + (0 if record.loaded_fixed else 6)
+    return 0 if record is None else record.dof_count
 
 
 @command()
@@ -128,7 +126,17 @@ def getJointStatesMultiDof(
         error: the body or a joint does not exist.
     """
     record = _existing(client, bodyUniqueId)
+    scene = client.scene
+    try:
+        group = record.joint_groups.get(tuple(jointIndex))
+    except TypeError:
+        group = None
+    if group is not None and group.is_free and not record.sensors and scene.motor_revision == record.revision:
+        states = group.read(record, scene.motor_forces())
+        return tuple([((q,), (v,), reaction, (motor,)) for q, v, reaction, motor in states])
     wanted = _checked_joints(record, jointIndex)
+    if wanted and group is None:
+        joint_group(record, wanted)
     return tuple(_state_of_many(client, record, joint) for joint in wanted) if wanted else None
 
 
@@ -200,8 +208,12 @@ def resetJointStatesMultiDof(
                 f"expected {len(joints)}, got {len(given)}",
             )
     nothing = [()] * len(joints)
+    record = None
+    if joints and values and not velocities and _reset_all(client, bodyUniqueId, joints, values):
+        return
     for joint, value, velocity in zip(joints, values or nothing, velocities or nothing, strict=False):
-        record = joint_of(client, bodyUniqueId, joint)
+        if record is None or not 0 <= joint < record.joint_count:
+            record = joint_of(client, bodyUniqueId, joint)
         _reset_many(record, joint, value, velocity)
     client.scene.mark_moved()
 
@@ -261,6 +273,9 @@ def _state(client: Client, record: BodyRecord, joint: int) -> State:
 
 
 def _state_of_many(client: Client, record: BodyRecord, joint: int) -> State:
+    if record.is_scalar[joint]:
+        q, v, reaction, motor = _state(client, record, joint)
+        return (q,), (v,), reaction, (motor,)
     kind = record.joint_type(joint)
     if not POSITION_COUNT[kind]:
         return (), (), _reaction(client, record, joint), ()
@@ -282,7 +297,32 @@ def _reaction(client: Client, record: BodyRecord, joint: int) -> tuple[float, ..
     return reaction(client.scene, record, joint)
 
 
+def _reset_all(client: Client, body: int, joints: list[int], values: list[Any]) -> bool:
+    """Set joints of one degree of freedom, at rest; return False, with no effect, for anything else."""
+    record = joint_of(client, body, joints[0])
+    try:
+        numbers = [position for (position,) in values]
+    except (TypeError, ValueError):
+        return False
+    scalar, count = record.is_scalar, record.joint_count
+    if not (are_finite(tuple(numbers)) and all(0 <= joint < count and scalar[joint] for joint in joints)):
+        return False
+    qpos, qvel = record.qpos, record.qvel
+    positions, velocities = record.position_addresses, record.velocity_addresses
+    for joint, position in zip(joints, numbers, strict=True):
+        qpos[positions[joint]] = position
+        qvel[velocities[joint]] = 0.0
+    client.scene.mark_moved()
+    return True
+
+
 def _reset_many(record: BodyRecord, joint: int, value: Vector, velocity: Vector | None) -> None:
+    if record.is_scalar[joint] and type(value) in _PLAIN and len(value) == 1 and velocity in _NO_VELOCITY:
+        (position,) = value
+        if type(position) is float and position - position == 0.0:
+            record.qpos[record.position_addresses[joint]] = position
+            record.qvel[record.velocity_addresses[joint]] = 0.0
+            return
     kind = record.joint_type(joint)
     count, speed = POSITION_COUNT[kind], VELOCITY_COUNT[kind]
     given, speeds = _numbers(value, 4), _numbers(velocity, 3)

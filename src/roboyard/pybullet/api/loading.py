@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,10 +39,13 @@ _cache: dict[tuple[Path, int, int], RobotDescription] = {}
 """Parsed files by path, modification time and size."""
 
 
+_folder = lru_cache(maxsize=16)(Path)
+
+
 @command()
 def setAdditionalSearchPath(client: Client, path: str) -> None:
     """Set the folder where files are searched after the working directory; it replaces the previous one."""
-    client.search_path = Path(text(path))
+    client.search_path = _folder(text(path))
 
 
 @command(name="loadURDF", is_public=False)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.engine_parameters import EngineParameters
 
+_PLAIN = (int, float)
 MAX_SUB_STEPS = 10_000
 """Largest number of substeps, which one call of stepSimulation executes."""
 
@@ -110,7 +111,7 @@ def setPhysicsEngineParameter(
     settings = dict(locals())
     parameters: EngineParameters = settings.pop("client").parameters
     for name, value in settings.items():
-        if number(value) < 0:
+        if (value if type(value) in _PLAIN else number(value)) < 0:
             continue
         attribute = _ATTRIBUTES.get(name)
         if name == "numSubSteps" and value > MAX_SUB_STEPS:

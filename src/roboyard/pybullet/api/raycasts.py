@@ -13,13 +13,12 @@ from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.frames import inertial_pose
 from roboyard.sim.queries.rays import first_shape
 from roboyard.transforms import rotate
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.body_records import BodyRecord, LinkBoxes
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
@@ -132,7 +131,7 @@ def getAABB(
         nodes = record.soft.positions
         lower, upper = nodes.min(axis=0) - record.soft.radius, nodes.max(axis=0) + record.soft.radius
         return tuple(lower.tolist()), tuple(upper.tolist())
-    return _box(scene, record, linkIndex)
+    return (record.link_boxes or _boxes(scene, record)).read(linkIndex)
 
 
 @command()
@@ -152,23 +151,18 @@ def getOverlappingObjects(
     low, high = low - BROADPHASE_MARGIN, high + BROADPHASE_MARGIN
     found = []
     for record in sorted(scene.bodies.values(), key=lambda record: -record.body.id):
-        scene.ready(record.number, "")
-        for link in range(record.joint_count - 1, -2, -1):
-            if not record.model.links[link + 1].collisions:
-                continue
-            lower, upper = _box(scene, record, link)
-            if (np.array(lower) <= high).all() and (np.array(upper) >= low).all():
-                found.append((record.number, link))
+        number_ = scene.ready(record.number, "").number
+        boxes = record.link_boxes or _boxes(scene, record)
+        found += [(number_, link) for link in boxes.inside(low, high)]
     return tuple(found) or None
 
 
-def _box(scene: PhysicsScene, record: BodyRecord, link: int) -> tuple[Triple, Triple]:
-    """Return the two (3,) corners of Bullet's box around a link's shapes in the world (m)."""
-    bounds, margin = record.bounds(link)
-    data, row = scene.world.kinematics(), record.rows[link + 1]
-    w, x, y, z = data.xquat[row].tolist()
-    frame = record.links[link + 1].frame
-    return bounds.in_world(margin, *inertial_pose(data.xpos[row].tolist(), (x, y, z, w), frame))
+def _boxes(scene: PhysicsScene, record: BodyRecord) -> LinkBoxes:
+    """Return the boxes around a body's links, which the record keeps."""
+    from roboyard.pybullet.state import link_groups
+
+    found = record.link_boxes = link_groups.LinkBoxes(scene.world, record)
+    return found
 
 
 def _points(values: Sequence[Vector]) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import pi, tan
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,8 @@ from roboyard.pybullet.api.math.camera_matrices import (
     computeViewMatrixFromYawPitchRoll,
 )
 from roboyard.pybullet.bullet_rules.single_precision import rounded
-from roboyard.pybullet.face.arguments import number, vector3, whole
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.arguments import Vector3, number, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.state.visualizer_camera import FIELD_OF_VIEW
 
@@ -31,20 +33,29 @@ def getDebugVisualizerCamera(client: Client) -> tuple[Any, ...]:
         vertical extent of the far image plane (m), yaw, pitch (degrees), distance and target (m).
     """
     camera = client.visualizer
-    view = computeViewMatrixFromYawPitchRoll(
-        camera.target, camera.distance, camera.yaw, camera.pitch, 0.0, camera.up_axis
+    return _described(
+        *(camera.width, camera.height, camera.up_axis),
+        *(camera.yaw, camera.pitch, camera.distance, camera.target),
     )
-    aspect = camera.width / camera.height
+
+
+@lru_cache(maxsize=16)
+def _described(
+    pixels: int, lines: int, up_axis: int, yaw: float, pitch: float, distance: float, target: Vector3
+) -> tuple[Any, ...]:
+    """Return the fields of getDebugVisualizerCamera."""
+    view = computeViewMatrixFromYawPitchRoll(target, distance, yaw, pitch, 0.0, up_axis)
+    aspect = pixels / lines
     projection = computeProjectionMatrixFOV(FIELD_OF_VIEW, aspect, _NEAR, _FAR)
     height = 2.0 * _RAY_LENGTH * tan(FIELD_OF_VIEW * pi / 360.0)
     width = height * aspect
-    up = (0.0, 1.0, 0.0) if camera.up_axis == 1 else (0.0, 0.0, 1.0)
+    up = (0.0, 1.0, 0.0) if up_axis == 1 else (0.0, 0.0, 1.0)
     forward = (-view[2], -view[6], -view[10])
     horizontal = rounded(*(width * view[4 * i] for i in range(3)))
     vertical = rounded(*(height * view[4 * i + 1] for i in range(3)))
     return (
-        *(camera.width, camera.height, view, projection, up, forward, horizontal, vertical),
-        *(camera.yaw, camera.pitch, camera.distance, camera.target),
+        *(pixels, lines, view, projection, up, forward, horizontal, vertical),
+        *(yaw, pitch, distance, target),
     )
 
 
@@ -85,20 +96,19 @@ def configureDebugVisualizer(
     Raises:
         error: a vector does not have three numbers.
     """
-    from roboyard.pybullet.face import constants as c
-
     camera = client.visualizer
     if whole(flag) >= 0:
         camera.switches[whole(flag)] = whole(enable)
         if flag == c.COV_ENABLE_Y_AXIS_UP:
             camera.up_axis = 1 if enable else 2
-    given = {
-        "shadowMapResolution": whole(shadowMapResolution),
-        "shadowMapWorldSize": whole(shadowMapWorldSize),
-        "remoteSyncTransformInterval": number(remoteSyncTransformInterval),
-        "shadowMapIntensity": number(shadowMapIntensity),
-    }
-    camera.settings |= {name: value for name, value in given.items() if value >= 0}
+    if whole(shadowMapResolution) >= 0:
+        camera.settings["shadowMapResolution"] = shadowMapResolution
+    if whole(shadowMapWorldSize) >= 0:
+        camera.settings["shadowMapWorldSize"] = shadowMapWorldSize
+    if number(remoteSyncTransformInterval) >= 0:
+        camera.settings["remoteSyncTransformInterval"] = remoteSyncTransformInterval
+    if number(shadowMapIntensity) >= 0:
+        camera.settings["shadowMapIntensity"] = shadowMapIntensity
     if lightPosition is not None:
         camera.settings["lightPosition"] = vector3(lightPosition, "Error converting lightPosition[3]")
     if rgbBackground is not None:

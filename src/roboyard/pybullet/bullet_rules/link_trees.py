@@ -22,7 +22,7 @@ _IRREGULAR = (error, TypeError, ValueError, OverflowError)
 class LinkTree:
     """The links of one body; valid until MuJoCo's model is compiled again.
 
-    Each function returns None for lists that are irregular: of another length, or with other things than
+    Each function returns None for lists that are irregular: of another length, or with other values than
     numbers.
     """
 

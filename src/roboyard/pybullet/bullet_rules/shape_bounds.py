@@ -7,7 +7,6 @@ rotates as a whole. Boxes, spheres, cylinders and capsules include their margin 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -56,32 +55,6 @@ class LinkBounds:
         if self.kind in ("hull", "compound"):
             return self.corners + margin * np.array([[-1.0], [1.0]])
         return self.corners
-
-    def in_world(
-        self, margin: float, position: Sequence[float], quaternion: Sequence[float]
-    ) -> tuple[Triple, Triple]:
-        """Return the two (3,) corners in the world (m) for a pose of the inertial frame."""
-        (a, b, c), (d, e, f) = self.corners.tolist()
-        if self.kind == "plane":
-            return (a, b, c), (d, e, f)
-        if self.kind in ("hull", "compound"):
-            a, b, c, d, e, f = a - margin, b - margin, c - margin, d + margin, e + margin, f + margin
-        x, y, z = position
-        if self.kind == "sphere":
-            return (x + a, y + b, z + c), (x + d, y + e, z + f)
-        i, j, k, w = quaternion
-        u, v, t = (d - a) / 2, (e - b) / 2, (f - c) / 2
-        a, b, c = (a + d) / 2, (b + e) / 2, (c + f) / 2
-        xx, xy, xz = 1 - 2 * (j * j + k * k), 2 * (i * j - k * w), 2 * (i * k + j * w)
-        yx, yy, yz = 2 * (i * j + k * w), 1 - 2 * (i * i + k * k), 2 * (j * k - i * w)
-        zx, zy, zz = 2 * (i * k - j * w), 2 * (j * k + i * w), 1 - 2 * (i * i + j * j)
-        x, y, z = x + xx * a + xy * b + xz * c, y + yx * a + yy * b + yz * c, z + zx * a + zy * b + zz * c
-        a, b, c = (
-            abs(xx) * u + abs(xy) * v + abs(xz) * t,
-            abs(yx) * u + abs(yy) * v + abs(yz) * t,
-            abs(zx) * u + abs(zy) * v + abs(zz) * t,
-        )
-        return (x - a, y - b, z - c), (x + a, y + b, z + c)
 
 
 def link_bounds(

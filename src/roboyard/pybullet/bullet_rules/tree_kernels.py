@@ -196,7 +196,7 @@ def _place(t, pose, is_inertial, q):  # pragma: no cover
         t.base[k, 3] = origin[k]
 
 
-def _weigh(t):  # pragma: no cover
+def _place_masses(t):  # pragma: no cover
     """Write centre of mass, mass and inertia of each link."""
     for n in range(len(t.rows)):
         row, body = t.work[n], t.rows[n]
@@ -238,7 +238,7 @@ def inverse_dynamics(t, gravity, pose, given, out):  # pragma: no cover
     count = len(out) - six
     qvel, qacc = count, count + six + count
     _place(t, pose, True, given)
-    _weigh(t)
+    _place_masses(t)
     for n in range(len(t.rows)):
         row, parent = t.work[n], t.parents[n]
         place = _get(row, _PLACE)
@@ -336,7 +336,7 @@ def mass_matrix(t, pose, q, is_inertial, out):  # pragma: no cover
     """
     six = 6 if t.is_floating else 0
     _place(t, pose, is_inertial != 0, q)
-    _weigh(t)
+    _place_masses(t)
     out[:] = 0.0
     for n in range(len(t.rows) - 1, -1, -1):  # row n now has the mass of all links below it
         row = t.work[n]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from math import isfinite
 from operator import index
 from typing import Any
@@ -13,6 +13,7 @@ Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 _PLAIN = (tuple, list)
 _NUMBERS = (float, int)
+_TEXTS = (str, bytes)
 
 
 def floats(values: Iterable[float], count: int, message: str) -> tuple[float, ...]:
@@ -39,7 +40,7 @@ def number(value: Any) -> float:
     """
     if type(value) is float:
         return value
-    if isinstance(value, str | bytes):
+    if isinstance(value, _TEXTS):
         raise TypeError(f"must be real number, not {type(value).__name__}")
     return float(value)
 
@@ -85,6 +86,8 @@ def check_finite(message: str, **given: float | Iterable[float]) -> None:
         error: with PyBullet's `message`.
     """
     for name, value in given.items():
+        if type(value) is tuple and are_finite(value):
+            continue
         numbers = value if isinstance(value, Iterable) else (value,)
         if not all(map(isfinite, numbers)):
             raise failure(message, f"{name} must be finite, got {value}")
@@ -99,13 +102,8 @@ def are_finite(values: tuple[Any, ...]) -> bool:
     return type(total) is float and total - total == 0.0
 
 
-def whole(value: Any) -> int:
-    """Return an int; floats are rejected, as in PyBullet.
-
-    Raises:
-        TypeError: the value is not an integer.
-    """
-    return index(value)
+whole: Callable[[Any], int] = index
+"""Returns an int; floats are rejected with TypeError, as in PyBullet."""
 
 
 def indices(values: Iterable[int], message: str = "expected a sequence of joint indices") -> list[int]:

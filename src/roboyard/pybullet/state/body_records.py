@@ -55,6 +55,8 @@ class JointGroup(Protocol):
     """Joint indices."""
     is_scalar: bool
     """Whether every joint has at most one degree of freedom."""
+    is_free: bool
+    """Whether every joint has exactly one."""
 
     def read(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
         """Return the fields of getJointState of each joint; `forces`: (nv,) motor efforts (N m or N)."""
@@ -66,6 +68,18 @@ class LinkGroup(Protocol):
 
     def read(self) -> tuple[tuple[Any, ...], ...]:
         """Return the fields of getLinkState of each link, without velocities."""
+        ...
+
+
+class LinkBoxes(Protocol):
+    """Boxes around the shapes of one body's links in the world."""
+
+    def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the two (3,) corners of a link's box (m)."""
+        ...
+
+    def inside(self, low: Array, high: Array) -> list[int]:
+        """Return the links whose boxes overlap one with the (3,) corners low and high (m), the last first."""
         ...
 
 
@@ -120,6 +134,8 @@ class BodyRecord:
         self.infos = joint_infos(model) if kind == MULTIBODY else ()
         """The fields of getJointInfo; empty for rigid bodies, whose joints are hidden, as in PyBullet."""
         self.joint_count = len(self.infos)
+        self.dof_count = sum(VELOCITY_COUNT[info[2]] for info in self.infos) + 6 * (not model.fixed_base)
+        """Degrees of freedom of the joints, plus six if it was loaded with a floating base."""
         self.links = [
             LinkState(mass=link.mass, moments=link.moments, frame=link.frame, **_contact_of(model, i))
             for i, link in enumerate(model.links)
@@ -159,6 +175,8 @@ class BodyRecord:
         """Reads a link's state; created on first use."""
         self.link_pusher: LinkPusher | None = None
         """Pushes a link; created on first use."""
+        self.link_boxes: LinkBoxes | None = None
+        """Boxes around links; created on first use."""
         self._layout: JointLayout | None = None
         self._tree: LinkTree | None = None
         self._has_tree = True
@@ -219,7 +237,7 @@ class BodyRecord:
         self.joint_groups.clear()
         self.link_groups.clear()
         self.chain_places = None
-        self.link_reader = self.link_pusher = None
+        self.link_reader = self.link_pusher = self.link_boxes = None
         self._layout = self._tree = None
         self._has_tree = True
         self.rows = [int(row) for row in body.mujoco_ids]

@@ -22,9 +22,19 @@ class JointGroup:
     Attributes:
         joints: joint indices.
         is_scalar: whether every joint has at most one degree of freedom.
+        is_free: whether every joint has exactly one.
     """
 
-    __slots__ = ("_gather", "_out", "_positions", "_reactions", "_velocities", "is_scalar", "joints")
+    __slots__ = (
+        "_gather",
+        "_out",
+        "_positions",
+        "_reactions",
+        "_velocities",
+        "is_free",
+        "is_scalar",
+        "joints",
+    )
 
     def __init__(self, record: BodyRecord, joints: list[int]) -> None:
         """Prepare reading of `joints` of a body."""
@@ -32,6 +42,7 @@ class JointGroup:
 
         self.joints = tuple(joints)
         self.is_scalar = all(POSITION_COUNT[record.joint_type(joint)] <= 1 for joint in joints)
+        self.is_free = all(record.is_scalar[joint] for joint in joints)
         self._positions = np.array([record.position_addresses[joint] for joint in joints], dtype=np.int64)
         self._velocities = np.array([record.velocity_addresses[joint] for joint in joints], dtype=np.int64)
         self._reactions = (NO_REACTION,) * len(joints)

@@ -75,6 +75,42 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
     return push
 
 
+class LinkBoxes:
+    """Boxes around the shapes of one body's links; valid until MuJoCo's model is recompiled."""
+
+    __slots__ = ("_box", "_boxes", "_found", "_frames", "_rows", "_world", "_xpos", "_xquat")
+
+    def __init__(self, world: World, record: BodyRecord) -> None:
+        """Prepare reading of the boxes of a body."""
+        data, count = world.live_data, len(record.rows)
+        self._world, self._xpos, self._xquat = world, data.xpos, data.xquat
+        self._frames, self._rows = _inertial_frames(record), np.array(record.rows, dtype=np.int64)
+        self._box, self._found, self._boxes = np.zeros(6), np.zeros(count, np.int64), np.zeros((count, 8))
+        for place, link in enumerate(record.model.links):
+            bounds, margin = record.bounds(place - 1)
+            kind = {"sphere": 1.0, "plane": 2.0}.get(bounds.kind, 0.0)
+            self._boxes[place] = *bounds.grown(margin).reshape(-1), kind, bool(link.collisions)
+
+    def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the two (3,) corners of a link's box in the world (m); -1 for the base."""
+        self._world.kinematics()
+        place, box = link + 1, self._box
+        kernels.link_box(
+            self._xpos, self._xquat, self._frames, self._boxes, int(self._rows[place]), place, box
+        )
+        a, b, c, d, e, f = box.tolist()
+        return (a, b, c), (d, e, f)
+
+    def inside(self, low: np.ndarray, high: np.ndarray) -> list[int]:
+        """Return the links with shapes whose boxes overlap one with (3,) corners (m), the last first."""
+        self._world.kinematics()
+        count = kernels.links_in_box(
+            *(self._xpos, self._xquat, self._frames, self._boxes, self._rows),
+            *(low, high, self._box, self._found),
+        )
+        return [place - 1 for place in self._found[:count].tolist()]
+
+
 class LinkGroup:
     """Some links of one body; valid until MuJoCo's model is recompiled."""
 

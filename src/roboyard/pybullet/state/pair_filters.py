@@ -47,6 +47,8 @@ class PairFilters:
 
     def set_group(self, place: Place, group: int, mask: int) -> None:
         """Set the filter group and mask of a link, and update its pairs with all other links."""
+        if self._groups.get(place) == (group, mask):
+            return
         self._groups[place] = (group, mask)
         for body, record in self._bodies.items():
             if body != place[0] or body in self._self_colliding:

@@ -122,6 +122,62 @@ def link_poses(xpos, xquat, frames, rows, links, positions, orientations):  # pr
             orientations[0, n, k], orientations[1, n, k] = b[k], d[k]
 
 
+def _write_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
+    """Write the corners of the box around a link's shapes in the world to `out` (6,); see `link_box`."""
+    (x, y, z), (i, j, k, w), _, _ = link_pose(xpos, xquat, frames, row, link)
+    box = boxes[link]
+    if box[6] == 2.0:
+        for n in range(6):
+            out[n] = box[n]
+        return
+    u, v, t = 0.5 * (box[3] - box[0]), 0.5 * (box[4] - box[1]), 0.5 * (box[5] - box[2])
+    a, b, c = 0.5 * (box[3] + box[0]), 0.5 * (box[4] + box[1]), 0.5 * (box[5] + box[2])
+    if box[6] == 0.0:
+        xx, xy, xz = 1.0 - 2.0 * (j * j + k * k), 2.0 * (i * j - k * w), 2.0 * (i * k + j * w)
+        yx, yy, yz = 2.0 * (i * j + k * w), 1.0 - 2.0 * (i * i + k * k), 2.0 * (j * k - i * w)
+        zx, zy, zz = 2.0 * (i * k - j * w), 2.0 * (j * k + i * w), 1.0 - 2.0 * (i * i + j * j)
+        a, b, c = xx * a + xy * b + xz * c, yx * a + yy * b + yz * c, zx * a + zy * b + zz * c
+        u, v, t = (
+            abs(xx) * u + abs(xy) * v + abs(xz) * t,
+            abs(yx) * u + abs(yy) * v + abs(yz) * t,
+            abs(zx) * u + abs(zy) * v + abs(zz) * t,
+        )
+    out[0], out[1], out[2] = x + a - u, y + b - v, z + c - t
+    out[3], out[4], out[5] = x + a + u, y + b + v, z + c + t
+
+
+@compiled("f8[:,:] f8[:,:] f8[:,:] f8[:,:] i8 i8 f8[:]")
+def link_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
+    """Write the lower and the upper corner of the box around a link's shapes in the world to `out` (6,).
+
+    frames: (n, 7) inertial frames in link frames. boxes: (n, 8) lower and upper corner in the inertial frame,
+    margins included, then 0 for a box that turns with the link, 1 for a ball's, 2 for a plane's, which is in
+    the world; then whether there are shapes. row: the link's row in xpos; link: in frames.
+    """
+    _write_box(xpos, xquat, frames, boxes, row, link, out)
+
+
+@compiled("f8[:,:] f8[:,:] f8[:,:] f8[:,:] i8[:] f8[:] f8[:] f8[:] i8[:] -> i8")
+def links_in_box(xpos, xquat, frames, boxes, rows, low, high, box, found):  # pragma: no cover
+    """Write the links with shapes whose boxes overlap a box to `found` (n,), the last first; return how many.
+
+    rows: (n,) rows of the links in xpos; for the others see `link_box`. low, high: (3,) corners (m). box:
+    (6,) scratch.
+    """
+    count = 0
+    for link in range(len(rows) - 1, -1, -1):
+        if boxes[link, 7] == 0.0:
+            continue
+        _write_box(xpos, xquat, frames, boxes, rows[link], link, box)
+        outside = False
+        for k in range(3):
+            outside |= box[k] > high[k] or box[3 + k] < low[k]
+        if not outside:
+            found[count] = link
+            count += 1
+    return count
+
+
 @compiled("f8[:] f8[:] f8[:] i8[:] i8[:] f8[:,:]")
 def joint_states(qpos, qvel, forces, positions, velocities, out):  # pragma: no cover
     """Gather position, velocity and motor force of joints into the rows of `out`, (3, n).

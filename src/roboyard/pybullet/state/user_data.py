@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
-from roboyard._records import dataclass
 from roboyard.pybullet.state.ids import IdPool
 
 
-@dataclass(frozen=True, slots=True)
-class UserDataKey:
+class UserDataKey(NamedTuple):
     """The body, link or visual shape that an entry belongs to, and the entry's key."""
 
     body: int

@@ -15,7 +15,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.joint import Joint
 from roboyard.sim.link import Link
-from roboyard.sim.stepping.constraint_rows import bound_rows, free_axis, row_scale
+from roboyard.sim.stepping.constraint_rows import bound_rows, free_axis
 from roboyard.transforms import Array, normalized, to_wxyz
 
 Kind = Literal["weld", "slide", "point", "gear"]
@@ -299,16 +299,20 @@ class Constraints:
         if site is None:
             raise RoboyardError(f"constraint {constraint.id} is a gear and has no frames")
         quat = None if orientation is None else to_wxyz(normalized(orientation))
-        world = self._world
+        model = None if self._world.is_stale else self._world.live_model
+        row = site.id
         if position is not None:
-            _check_finite("a position", position)
-            site.pos = np.asarray(position, dtype=float)
+            place = np.asarray(position, dtype=float)
+            _check_finite("a position", place)
+            site.pos = place
+            if model is not None:
+                model.site_pos[row] = place
         if quat is not None:
             site.quat = quat
-        if not world.is_stale:
-            world.live_model.site_pos[site.id] = site.pos
-            world.live_model.site_quat[site.id] = site.quat
-            world.live_model.site_sameframe[site.id] = 0
+            if model is not None:
+                model.site_quat[row] = quat
+        if model is not None:
+            model.site_sameframe[row] = 0
 
     def set_gear(self, constraint: Constraint, ratio: float, offset: float) -> None:
         """Couple positions as q_a = offset - ratio q_b; with a third joint as q_a = offset - ratio q_b + q_c.
@@ -336,6 +340,8 @@ class Constraints:
             RoboyardError: it is not a number.
         """
         _check_force(max_force)
+        if constraint.max_force == max_force:
+            return
         constraint.max_force = max_force
         self._bounds = None
         self._tuned_timestep = 0.0
@@ -375,13 +381,15 @@ class Constraints:
         Returns:
             (1,), (3,) or (6,) forces (N) and torques (N m).
         """
-        data = self._world.live_data
-        rows = np.arange(data.ne)
-        mine = data.efc_id[: data.ne] == constraint.element.id
-        if not mine.any():
+        data, number = self._world.live_data, constraint.element.id
+        owners = data.efc_id[: data.ne].tolist()
+        if number not in owners:
             return np.zeros(0)
-        scale = row_scale(self._world.live_model, data)
-        return (np.asarray(data.efc_force)[: data.ne] * scale)[rows[mine]]
+        first = owners.index(number)  # its rows are one after another
+        forces = data.efc_force[first : first + owners.count(number)].copy()
+        if self._world.live_model.eq_type[number] == int(mujoco.mjtEq.mjEQ_WELD):
+            forces[3:] *= 0.5  # as `row_scale`
+        return forces
 
     def prepare(self, model: Any) -> None:
         """Set the stiffness of bounded constraints, which depends on the time step, before a step."""

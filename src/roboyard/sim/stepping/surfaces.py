@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from typing import Any
 
 import mujoco
@@ -209,9 +210,12 @@ class Surfaces:
             RoboyardError: a coefficient is negative or not finite.
         """
         values = (linear, linear_quadratic, angular, angular_quadratic)
-        if not (np.isfinite(values).all() and min(values) >= 0):
+        key = link.body.id, link.index
+        if self._damping.get(key) == values:
+            return
+        if not all(0.0 <= value < inf for value in values):
             raise RoboyardError(f"link {link.name!r}: damping must be at least 0, got {values}")
-        self._damping[(link.body.id, link.index)] = values
+        self._damping[key] = values
         if self._damping_rows is not None and not self._world.is_stale:
             self._damping_rows[link.body.mujoco_ids[link.index]] = values
         self._world.refresh_stepping()
