@@ -175,3 +175,27 @@ def test_what_cannot_be_held(wheels: int) -> None:
     with pytest.raises(p.error, match=r"createConstraint failed\.") as caught:
         p.createConstraint(wheels, -1, wheels, 0, p.JOINT_GEAR, [0, 0, 0], [0, 0, 0], [0, 0, 0])
     assert "gears couple joints" in caught.value.__notes__[0]
+
+
+def test_a_state_is_restored_though_constraints_came_and_went(client: int) -> None:
+    p.setGravity(0, 0, -10)
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    body = p.createMultiBody(1, box, basePosition=[0, 0, 1])
+
+    def fall() -> tuple[float, ...]:
+        for _ in range(5):
+            p.stepSimulation()
+        return p.getBasePositionAndOrientation(body)[0]
+
+    free = p.saveState()
+    fallen = fall()
+    held = p.createConstraint(body, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 1])
+    p.restoreState(free)
+    assert p.getBasePositionAndOrientation(body)[0] == (0, 0, 1)
+    assert fall() == pytest.approx((0, 0, 1), abs=1e-4), "the constraint stays"
+    tied = p.saveState()
+    p.removeConstraint(held)
+    p.restoreState(tied)
+    assert fall()[2] < 0.9999, "and does not come back"
+    p.restoreState(free)
+    assert fall() == pytest.approx(fallen, abs=1e-12)

@@ -18,6 +18,8 @@ class WorldState:
 
     values: Array
     """Positions, velocities, activations, controls, pending forces, warm start."""
+    equalities: Array
+    """(neq,) whether each constraint is active; of the moment where constraints came or went since."""
     static_positions: Array
     static_quaternions: Array
     signature: tuple[int, ...]
@@ -36,11 +38,12 @@ def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
     import mujoco
 
     world.ensure_compiled()
-    kind = mujoco.mjtState.mjSTATE_INTEGRATION
+    kind = _kind()
     values = np.empty(mujoco.mj_stateSize(world.model, kind))
     mujoco.mj_getState(world.model, world.data, values, kind)
     return WorldState(
         values=values,
+        equalities=world.data.eq_active.copy(),
         static_positions=world.model.body_pos.copy(),
         static_quaternions=world.model.body_quat.copy(),
         signature=tuple(world.body_by_id),
@@ -50,7 +53,7 @@ def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
 
 
 def restore(world: Engine[Body], state: WorldState) -> None:
-    """Restore a saved state.
+    """Restore a saved state; constraints that were created since stay, removed ones do not come back.
 
     Raises:
         ModelError: bodies were added or removed since the state was saved.
@@ -58,7 +61,7 @@ def restore(world: Engine[Body], state: WorldState) -> None:
     import mujoco
 
     world.ensure_compiled()
-    kind = mujoco.mjtState.mjSTATE_INTEGRATION
+    kind = _kind()
     fits = (
         state.signature == tuple(world.body_by_id)
         and len(state.values) == mujoco.mj_stateSize(world.model, kind)
@@ -70,6 +73,8 @@ def restore(world: Engine[Body], state: WorldState) -> None:
             f"{tuple(world.body_by_id)}; save again after adding or removing bodies"
         )
     mujoco.mj_setState(world.model, world.data, state.values, kind)
+    if len(state.equalities) == world.model.neq:
+        world.data.eq_active[:] = state.equalities
     world.wrenches.find()
     if state.friction is not None:
         _restore_friction(world, state.friction)
@@ -81,6 +86,13 @@ def restore(world: Engine[Body], state: WorldState) -> None:
             root.pos = world.model.body_pos[root.id]
             root.quat = world.model.body_quat[root.id]
     world.mark_fixed_moved()
+
+
+def _kind() -> int:
+    """Return what MuJoCo saves: everything that steps need but which constraints are active."""
+    import mujoco
+
+    return int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_EQ_ACTIVE)
 
 
 def _restore_friction(world: Engine[Body], saved: Array) -> None:
