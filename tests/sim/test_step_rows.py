@@ -12,6 +12,7 @@ from sim_robots import arm
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import step_row_kernels, step_rows
+from roboyard.sim.stepping.impulse_records import EXTRA
 from roboyard.sim.stepping.step_rows import ROWS, StepRows
 
 SCENE = """<mujoco><option cone="elliptic"/><worldbody><geom type="plane" size="1 1 1"/>
@@ -77,17 +78,23 @@ def test_addresses_outside_the_block_are_refused() -> None:
     assert search(np.where(np.arange(13) > 1, 0, good), contacts=0, rows=0) == 1
 
 
-def _states(steps: int) -> np.ndarray:
-    """Return the states of a world with motors, contacts, kept points and bodies that come and go."""
+def _states(steps: int, *, keeps_points: bool) -> np.ndarray:
+    """Return the states of a world with motors, contacts and bodies that come and go.
+
+    On a floor that is a box, a cylinder keeps points of earlier steps besides the one that MuJoCo finds.
+    """
     world = World(profile=BULLET)
-    world.add_plane()
+    if keeps_points:
+        world.add_box((4.0, 4.0, 0.2), position=(0.0, 0.0, -0.1), mass=0.0)
+    else:
+        world.add_plane()
     whole = arm()  # without the finger that mimics another, whose equality leaves all rows to MuJoCo
     robot = world.add_description(
         replace(whole, links=whole.links[:4], joints=whole.joints[:3]), (0, 0, 1.7), fixed_base=True
     )
     for joint in robot.joints:
         world.motors.set(joint, position=0.7, max_force=30.0)
-    states, alone = [], 0
+    states, alone, kept = [], 0, 0
     for step in range(steps):
         if step == steps // 3:
             world.add_box((0.3, 0.3, 0.3), position=(-0.9, 0.0, 0.14), mass=1.0)
@@ -97,13 +104,16 @@ def _states(steps: int) -> np.ndarray:
         world.step()
         data = world.live_data
         alone += data.ncon > 0 and data.nf > 0
+        kept += world.stepping.manifolds.points.notes[EXTRA] > 0
         states.append(np.concatenate([np.resize(data.qpos, 24), np.resize(data.qvel, 24), [data.time]]))
     assert alone > steps // 3
+    assert (kept > steps // 6) == keeps_points
     return np.array(states)
 
 
-def test_steps_are_the_same_to_the_last_bit_without_the_addresses(without_memory) -> None:
-    with_addresses = _states(240)
+@pytest.mark.parametrize("keeps_points", [False, True])
+def test_steps_are_the_same_to_the_last_bit_without_the_addresses(keeps_points: bool, without_memory) -> None:
+    with_addresses = _states(240, keeps_points=keeps_points)
     without_memory()
-    np.testing.assert_array_equal(_states(240), with_addresses)
+    np.testing.assert_array_equal(_states(240, keeps_points=keeps_points), with_addresses)
     assert np.ptp(with_addresses, axis=0).max() > 0.1

@@ -9,6 +9,7 @@ from roboyard.sim.stepping.impulse_records import (
     BLOCK,
     CONTACT_ERP,
     CONTACTS_ARE_HARD,
+    CUT,
     DEEP,
     DENSE,
     ERP,
@@ -50,11 +51,13 @@ from roboyard.sim.stepping.kernels import (
     product_friction,
 )  # fmt: skip
 from roboyard.sim.stepping.manifold_kernels import (
+    copy_contacts,
     drop_gaps,
     keep_points,
     note_slips,
     pull_to_anchors,
     round_edges,
+    write_points,
 )
 from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS, find_rows
 
@@ -62,9 +65,10 @@ FRICTION_ERP = 0.2
 """Share of a slide at an anchor that is pulled back in a step."""
 KEEP, ARRANGE, ASK, SOLVE = range(4)
 """Parts of a step, in order."""
-DONE, ROOM, POINTS_ARE_NEW, OTHERS, LOST = range(5)
-"""Answers of `execute`: all is done; arrays are too short; points must be added to MuJoCo's contacts, or were
-moved; its solver has rows to solve; its arrays are not where they were."""
+DONE, ROOM, POINTS_ARE_NEW, ROWS_ARE_OLD, OTHERS, LOST = range(6)
+"""Answers of `execute`: all is done; arrays are too short; points must be added to MuJoCo's contacts; it must
+make rows again, since contacts were moved or added; its solver has rows to solve; its arrays are not where
+they were."""
 
 
 @compiled(ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER, "i8 i8 i8 -> i8", fast_math=True)
@@ -119,9 +123,9 @@ def execute(  # pragma: no cover
             if points.notes[HELD] > 0:
                 moved = 1
             if points.notes[EXTRA] > 0:
-                return POINTS_ARE_NEW
+                return ROWS_ARE_OLD if add_points(rows, contacts, search, points) else POINTS_ARE_NEW
         if moved == 1:
-            return POINTS_ARE_NEW
+            return ROWS_ARE_OLD
     if last <= KEEP:
         return DONE
     if first <= ARRANGE:
@@ -149,6 +153,23 @@ def execute(  # pragma: no cover
         if rules[IS_BOUNDED] > 0.0 and solver.ends[5] == count:
             bound_velocity(state.qvel, state.qacc, rules[TIMESTEP], solver.largest)
     return DONE
+
+
+def add_points(rows, contacts, search, points):
+    """Add the points that are kept besides MuJoCo's contacts to these, in its block; return whether it could.
+
+    Does what MuJoCo's `mj_addContact` does: contacts overwrite the rows, which have to be made again.
+    """
+    before, extra = search.counts[0], points.notes[EXTRA]
+    total = before + extra
+    if search.places.shape[0] == 0 or total * search.contact > search.size:
+        return False
+    for k in range(search.counts.shape[0]):
+        search.counts[k] = 0
+    search.counts[0] = total
+    copy_contacts(rows.kind, search.contact // 4, total, extra, points.source)
+    write_points(contacts, total, extra, points.extra)
+    return True
 
 
 def arrange(rows, contacts, search, mechanism, state, surface, solver, wanted):  # pragma: no cover
@@ -565,35 +586,18 @@ def solve_by_table(  # pragma: no cover
         influence[n, n] = 0.0
     done = 0.0
     while done < rounds:
-        worst = 0.0
-        forward = done % 2.0 == 1.0
-        for i in range(ends[1]):
-            n = i if forward or i >= ends[0] else ends[0] - 1 - i
-            impulse = min(max(lines[WISH, n], lines[LOW, n]), lines[HIGH, n])
-            worst = max(worst, push(lines, influence, n, impulse, blocks))
+        if done % 2.0 == 1.0:
+            worst = push_each(lines, influence, 0, ends[0], 1, blocks)
+        else:
+            worst = push_each(lines, influence, ends[0] - 1, ends[0], -1, blocks)
+        worst = max(worst, push_each(lines, influence, ends[0], ends[1] - ends[0], 1, blocks))
         for n in range(ends[1], ends[2]):
             bound = lines[HIGH, n] * max(lines[IMPULSE, rows[n, 3]], 0.0)
             if bound > 0.0:
                 impulse = min(max(lines[WISH, n], -bound), bound)
                 worst = max(worst, push(lines, influence, n, impulse, blocks))
-        for n in range(ends[2], count, 2):
-            bound = lines[HIGH, n] * max(lines[IMPULSE, rows[n, 3]], 0.0)
-            if bound <= 0.0 and n < ends[3]:
-                continue
-            x, y = lines[WISH, n], lines[WISH, n + 1]
-            square = x * x + y * y
-            if square > bound * bound:
-                factor = bound / np.sqrt(square)
-                x *= factor
-                y *= factor
-            x -= lines[IMPULSE, n]
-            y -= lines[IMPULSE, n + 1]
-            if x != 0.0 or y != 0.0:
-                lines[IMPULSE, n] += x
-                lines[IMPULSE, n + 1] += y
-                for k in range(BLOCK * blocks):
-                    lines[WISH, k] -= x * influence[n, k] + y * influence[n + 1, k]
-                worst = max(worst, max((x * lines[OWN, n]) ** 2, (y * lines[OWN, n + 1]) ** 2))
+        if ends[2] < count:
+            worst = max(worst, push_pairs(lines, influence, rows, ends[2], ends[3], count, blocks))
         done += 1.0
         if worst <= residual:
             break
@@ -616,6 +620,64 @@ def push(lines, influence, n, impulse, blocks):
     add_line(lines, WISH, influence, n, -delta, blocks)
     delta *= lines[OWN, n]
     return delta * delta
+
+
+def push_each(lines, influence, first, count, step, blocks):
+    """Set the impulses of so many rows within their bounds, one after the other; return the largest change.
+
+    A row's wish is known once those of the rows before it are in it. The processor would wait for each to be
+    written to memory and read again; so the next two wishes are kept besides.
+    """
+    worst = 0.0
+    if count <= 0:
+        return worst
+    n = first
+    wish = lines[WISH, n]
+    following = lines[WISH, n + step] if count > 1 else 0.0
+    for i in range(count):
+        old = lines[IMPULSE, n]
+        impulse = min(max(wish, lines[LOW, n]), lines[HIGH, n])
+        delta = impulse - old
+        after = n + 2 * step if i + 2 < count else n
+        coming = lines[WISH, after] - delta * influence[n, after]
+        wish = following - delta * influence[n, n + step if i + 1 < count else n]
+        following = coming
+        if delta != 0.0:
+            lines[IMPULSE, n] = impulse
+            add_line(lines, WISH, influence, n, -delta, blocks)
+            delta *= lines[OWN, n]
+            worst = max(worst, delta * delta)
+        n += step
+    return worst
+
+
+def push_pairs(lines, influence, rows, first, sliding, stop, blocks):
+    """Do what `push_each` does for pairs of friction rows, which share a bound, of the last ones slid."""
+    worst = 0.0
+    x, y = lines[WISH, first], lines[WISH, first + 1]
+    for n in range(first, stop, 2):
+        after = n + 2 if n + 2 < stop else n
+        next_x, next_y = lines[WISH, after], lines[WISH, after + 1]
+        bound = lines[HIGH, n] * max(lines[IMPULSE, rows[n, 3]], 0.0)
+        if bound > 0.0 or n >= sliding:
+            square = x * x + y * y
+            if square > bound * bound:
+                factor = bound / np.sqrt(square)
+                x *= factor
+                y *= factor
+                lines[CUT, n] = factor
+            x -= lines[IMPULSE, n]
+            y -= lines[IMPULSE, n + 1]
+            if x != 0.0 or y != 0.0:
+                next_x -= x * influence[n, after] + y * influence[n + 1, after]
+                next_y -= x * influence[n, after + 1] + y * influence[n + 1, after + 1]
+                lines[IMPULSE, n] += x
+                lines[IMPULSE, n + 1] += y
+                for k in range(BLOCK * blocks):
+                    lines[WISH, k] -= x * influence[n, k] + y * influence[n + 1, k]
+                worst = max(worst, max((x * lines[OWN, n]) ** 2, (y * lines[OWN, n + 1]) ** 2))
+        x, y = next_x, next_y
+    return worst
 
 
 def write_rows(

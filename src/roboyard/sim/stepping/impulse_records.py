@@ -25,7 +25,7 @@ from roboyard.native import record
     RULES,
 ) = range(16)
 """Places in `Solver.rules`."""
-WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, LINES = range(7)
+WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
 """Rows of `Solver.lines`."""
 PAIRS, TABLE, EXTRA, HELD, NOTES = range(5)
 """Places in `Points.notes`."""

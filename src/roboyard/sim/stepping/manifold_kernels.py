@@ -356,11 +356,12 @@ def write_points(contacts, contact_count, count, extra):  # pragma: no cover
         dist[first + n] = extra[n, 12]
 
 
-@compiled("i8[::1] i8 i8 i8 i4[::1]")
+@compiled("i4[::1] i8 i8 i8 i4[::1]")
 def copy_contacts(words, size, contact_count, count, source):  # pragma: no cover
     """Write copies of contacts over the last `count` ones.
 
-    words: MuJoCo's block. size: words of a contact. source: contact of which each one is a copy.
+    words: MuJoCo's block in words of four bytes. size: words of a contact. source: contact of which each one
+    is a copy.
     """
     for n in range(count):
         to, place = (contact_count - count + n) * size, source[n] * size

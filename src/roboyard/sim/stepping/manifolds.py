@@ -168,7 +168,7 @@ class Manifolds:
             added += 1
         total = found.look()[0]
         if contacts is None:
-            kernels().copy_contacts(found.words, found.search.contact // 8, total, added, points.source)
+            kernels().copy_contacts(found.words, found.search.contact // 4, total, added, points.source)
         kernels().write_points(found.contacts, total, added, points.extra)
         return True
 

@@ -81,7 +81,7 @@ class StepRows:
 
     @property
     def words(self) -> np.ndarray:
-        """(n,) MuJoCo's block as whole numbers of eight bytes, contacts first, if `is_direct`."""
+        """(n,) MuJoCo's block as whole numbers of four bytes, contacts first, if `is_direct`."""
         assert self._block is not None
         return self._block.words
 
@@ -155,7 +155,7 @@ class _Block:
         self.counts = memoryview(numbers_of_rows)
         counts = np.frombuffer(numbers_of_rows, np.int32)
         self.search = Search(words, known.places, counts, starts, address, size, known.contact_size, degrees)
-        self.words = np.frombuffer(memory, np.int64)
+        self.words = integers
 
 
 class Layout(NamedTuple):

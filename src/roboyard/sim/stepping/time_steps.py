@@ -31,6 +31,8 @@ impulse_kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
 log = LazyLogger("roboyard.simulation")
 
+_NO_ISLANDS = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+
 
 class _SolverWarning(threading.local):
     """The warning of MuJoCo during the step of this thread."""
@@ -92,6 +94,8 @@ class Stepping:
         """Whether robots with motors, or constraints, may be solved row by row."""
         self._has_drag = False
         """Whether the drag of this step was added to external forces."""
+        self._skips_islands = False
+        """Whether MuJoCo does not look for groups of bodies that touch: only its own solver uses them."""
         self._velocity_limits: dict[tuple[int, int], float] = {}
         self._compiled: tuple[Any, ...] | None = None
         """MuJoCo's options, a step's rows, velocities, accelerations, bounds on velocities, if any, and
@@ -115,6 +119,7 @@ class Stepping:
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
         self._compiled = None
+        self._skips_islands = False
         self.sliding.invalidate()
         self.stops.invalidate()
         self.fast_turns.invalidate()
@@ -123,6 +128,8 @@ class Stepping:
 
     def note_bodies(self) -> None:
         """Note that bodies were added or removed, with or without a compile."""
+        if self._skips_islands and self._compiled is not None:
+            self._look_for_islands(self._compiled[0])
         self.sliding.invalidate()
         self.fast_turns.invalidate()
         self.manifolds.invalidate()
@@ -222,20 +229,35 @@ class Stepping:
         loops = impulse_kernels()
         slides = self._slides
         answer = in_turn.execute(found, loops.KEEP, loops.KEEP if slides else loops.SOLVE)
-        remade = answer == loops.POINTS_ARE_NEW
-        if remade:
+        remade = answer in (loops.POINTS_ARE_NEW, loops.ROWS_ARE_OLD)
+        if answer == loops.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
+        if remade:
             mujoco.mj_makeConstraint(model, data)
         if slides:
             self.constraints.free_axes(model, data)
         if remade or slides:
             answer = in_turn.execute(found, loops.ARRANGE, loops.SOLVE, remade=int(remade))
-            if answer == loops.OTHERS and remade:
-                self._complete_rows(model, data, found)
         if answer == loops.DONE:
             mujoco.mj_Euler(model, data)
-        else:
-            self._finish(model, data, found, timestep, slides=False, alone=False)
+            if not self._skips_islands:
+                self._skips_islands = True
+                model.opt.disableflags |= _NO_ISLANDS
+            return
+        was_skipped = self._skips_islands
+        if was_skipped:
+            self._look_for_islands(model.opt)
+        if remade:
+            self._complete_rows(model, data, found)
+        elif was_skipped:
+            mujoco.mj_island(model, data)
+            found.look()
+        self._finish(model, data, found, timestep, slides=False, alone=False)
+
+    def _look_for_islands(self, option: Any) -> None:
+        """Let MuJoCo look for groups of bodies that touch again."""
+        self._skips_islands = False
+        option.disableflags &= ~_NO_ISLANDS
 
     def _prepare(self, model: Any, data: Any, timestep: float) -> None:
         """Prepare motors, kept points and the solver of both before a step."""
@@ -257,6 +279,8 @@ class Stepping:
 
     def _attempt(self, model: Any, data: Any, *, stops: bool = False) -> None:
         world = self._world
+        if self._skips_islands:
+            self._look_for_islands(model.opt)
         compiled = self._compiled
         if compiled is None:
             compiled = self._compiled = self._look_up(model, data)
