@@ -141,9 +141,9 @@ class StoredModules:
         texts = {}
         if len(modules) == len(self.modules):  # else they may be those of older sources
             texts = {text: placed(self.content[slice(*place)]) for text, place in self.texts.items()}
-        for name, (*known, code) in self.new_modules.items():
+        for name, (*known, code) in self.new_modules.copy().items():
             modules[name] = *known, *placed(marshal.dumps(code))
-        texts |= {text: placed(marshal.dumps(code)) for text, code in self.new_texts.items()}
+        texts |= {text: placed(marshal.dumps(code)) for text, code in self.new_texts.copy().items()}
         table = marshal.dumps((self.root, modules, texts))
         sizes = (end + len(table)).to_bytes(_NUMBER, "little") + len(table).to_bytes(_NUMBER, "little")
         _write(self.path, [_HEAD, sizes, *pieces, table])
