@@ -61,30 +61,36 @@ def restore(world: Engine[Body], state: WorldState) -> None:
     import mujoco
 
     world.ensure_compiled()
-    kind = _kind()
+    kind, model, data = _kind(), world.model, world.data
     fits = (
         state.signature == tuple(world.body_by_id)
-        and len(state.values) == mujoco.mj_stateSize(world.model, kind)
-        and len(state.static_positions) == world.model.nbody
+        and len(state.values) == mujoco.mj_stateSize(model, kind)
+        and len(state.static_positions) == model.nbody
     )
     if not fits:
         raise ModelError(
             f"the state was saved with other bodies, ids {state.signature} instead of "
             f"{tuple(world.body_by_id)}; save again after adding or removing bodies"
         )
-    mujoco.mj_setState(world.model, world.data, state.values, kind)
-    if len(state.equalities) == world.model.neq:
-        world.data.eq_active[:] = state.equalities
+    mujoco.mj_setState(model, data, state.values, kind)
+    if len(state.equalities) == model.neq:
+        data.eq_active[:] = state.equalities
     world.wrenches.find()
     if state.friction is not None:
         _restore_friction(world, state.friction)
-    world.model.body_pos[:] = state.static_positions
-    world.model.body_quat[:] = state.static_quaternions
+    positions, quaternions = model.body_pos, model.body_quat
+    is_unmoved = (positions == state.static_positions).all() and (
+        quaternions == state.static_quaternions
+    ).all()
+    if is_unmoved:
+        world.mark_moved()
+        return
+    positions[:], quaternions[:] = state.static_positions, state.static_quaternions
     for body in world.body_by_id.values():
         if body.is_fixed:
             root = body.built.links[0].element
-            root.pos = world.model.body_pos[root.id]
-            root.quat = world.model.body_quat[root.id]
+            root.pos = model.body_pos[root.id]
+            root.quat = model.body_quat[root.id]
     world.mark_fixed_moved()
 
 

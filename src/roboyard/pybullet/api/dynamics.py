@@ -178,6 +178,9 @@ def _set_mass(
     state = record.links[link + 1]
     if moments is None:
         moments = shape_moments(mass, *record.bounds(link))
+    is_known = mass > 0.0 and mass == state.mass and moments == state.moments
+    if is_known and (link >= 0 or not record.model.fixed_base):
+        return
     state.mass, state.moments = float(mass), moments
     if mass > 0.0 and link == -1 and record.model.fixed_base and not _has_plane(record):
         scene.free_base(record)

@@ -31,12 +31,10 @@ def applyExternalForce(
     Raises:
         error: a vector does not have three numbers, or the flag is unknown.
     """
-    if type(forceObj) in _PLAIN and type(posObj) in _PLAIN and len(forceObj) == len(posObj) == 3:
-        (fx, fy, fz), (px, py, pz) = forceObj, posObj
-    else:
-        fx, fy, fz = vector3(forceObj, "force needs a 3 coordinates [x,y,z].")
-        px, py, pz = vector3(posObj, "position needs a 3 coordinates [x,y,z].")
-    _push(client.scene, objectUniqueId, linkIndex, flags, 0, fx, fy, fz, 0.0, 0.0, 0.0, px, py, pz)
+    if not (type(forceObj) in _PLAIN and type(posObj) in _PLAIN and len(forceObj) == len(posObj) == 3):
+        forceObj = vector3(forceObj, "force needs a 3 coordinates [x,y,z].")
+        posObj = vector3(posObj, "position needs a 3 coordinates [x,y,z].")
+    _push(client.scene, objectUniqueId, linkIndex, flags, 0, (*forceObj, 0.0, 0.0, 0.0, *posObj))
 
 
 @command()
@@ -48,14 +46,14 @@ def applyExternalTorque(
     Raises:
         error: the torque does not have three numbers, or the flag is unknown.
     """
-    if type(torqueObj) in _PLAIN and len(torqueObj) == 3:
-        tx, ty, tz = torqueObj
-    else:
-        tx, ty, tz = vector3(torqueObj, "torque needs a 3 coordinates [x,y,z].")
-    _push(client.scene, objectUniqueId, linkIndex, flags, 2, 0.0, 0.0, 0.0, tx, ty, tz, 0.0, 0.0, 0.0)
+    if not (type(torqueObj) in _PLAIN and len(torqueObj) == 3):
+        torqueObj = vector3(torqueObj, "torque needs a 3 coordinates [x,y,z].")
+    _push(client.scene, objectUniqueId, linkIndex, flags, 2, (0.0, 0.0, 0.0, *torqueObj, 0.0, 0.0, 0.0))
 
 
-def _push(scene: PhysicsScene, body: int, link: int, flags: int, at_centre: int, *numbers: Any) -> None:
+def _push(
+    scene: PhysicsScene, body: int, link: int, flags: int, at_centre: int, numbers: tuple[Any, ...]
+) -> None:
     """Push a link; its axes and point are those that getLinkState shows, a step old after a step.
 
     Args:
@@ -83,7 +81,7 @@ def _push(scene: PhysicsScene, body: int, link: int, flags: int, at_centre: int,
 
         push = link_pusher(scene, record)
     local = at_centre + 1 if flags == c.LINK_FRAME else at_centre
-    if not push(link, local, *numbers):
+    if not push(link, local, numbers):
         raise RoboyardError(f"force, torque and point must be finite, got {numbers}")
 
 

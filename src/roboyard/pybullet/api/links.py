@@ -70,20 +70,20 @@ def getLinkStates(
     scene = client.scene
     record = _existing(scene, bodyUniqueId)
     scene.frames(fresh=bool(whole(computeForwardKinematics)))
-    if not whole(computeLinkVelocity):
-        try:
-            group = record.link_groups.get(tuple(linkIndices))
-        except TypeError:
-            group = None  # raised below, with PyBullet's text
-        if group is not None:
-            return group.read()
+    whole(computeLinkVelocity)
+    try:
+        group = record.link_groups.get(tuple(linkIndices))
+    except TypeError:
+        group = None  # raised below, with PyBullet's text
+    if group is not None:
+        return group.read(computeLinkVelocity)
     links, count = indices(linkIndices), record.joint_count
-    if computeLinkVelocity or not all(0 <= link < count for link in links):
+    if not all(0 <= link < count for link in links):
         read = _reader(scene, record)
         return tuple(read(link, computeLinkVelocity) if 0 <= link < count else None for link in links)
     from roboyard.pybullet.state.link_groups import link_group
 
-    return link_group(scene.world, record, links).read()
+    return link_group(scene.world, record, links).read(computeLinkVelocity)
 
 
 def _existing(scene: PhysicsScene, body: int) -> BodyRecord:

@@ -45,7 +45,7 @@ LinkReader = Callable[[int, object], tuple[Any, ...]]
 
 
 LinkPusher = Callable[..., bool]
-"""`push(link, local, fx, fy, ..., pz)`: whether the numbers are finite; see `push_link`."""
+"""`push(link, local, (fx, fy, ..., pz))`: whether the numbers are finite; see `push_link`."""
 
 
 class JointGroup(Protocol):
@@ -66,8 +66,8 @@ class JointGroup(Protocol):
 class LinkGroup(Protocol):
     """Links of one body that are read together."""
 
-    def read(self) -> tuple[tuple[Any, ...], ...]:
-        """Return the fields of getLinkState of each link, without velocities."""
+    def read(self, with_velocity: object) -> tuple[tuple[Any, ...], ...]:
+        """Return the fields of getLinkState of each link."""
         ...
 
 
@@ -141,6 +141,8 @@ class BodyRecord:
             for i, link in enumerate(model.links)
         ]
         self._bounds: dict[int, LinkBounds] = {}
+        self.collision_rows: dict[int, tuple[tuple[Any, ...], ...]] = {}
+        """The fields of getCollisionShapeData by link, once they were asked for."""
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
         self.chains: dict[tuple[int, ...], ChainArrays] = {}
         """Kinematic chains for inverse kinematics, by the links that have targets."""

@@ -49,13 +49,14 @@ def link_reader(world: World, record: BodyRecord) -> LinkReader:
 
 
 def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
-    """Return `push(link, local, fx, ..., pz)` of a body's links; valid until MuJoCo's model is recompiled."""
+    """Return `push(link, local, (fx, ..., pz))` of a body; valid until MuJoCo's model is recompiled."""
     world, rows = scene.world, record.rows
     data, wrenches = world.live_data, world.wrenches
     xpos, xquat, xipos, qpos, applied = data.xpos, data.xquat, data.xipos, data.qpos, data.xfrc_applied
     frames, free = _inertial_frames(record), record.body.free_qpos
+    arrays = kernels.Pushed(xpos, xquat, xipos, qpos, frames, applied)
 
-    def push(link: int, local: int, *numbers: Any) -> bool:
+    def push(link: int, local: int, numbers: tuple[Any, ...]) -> bool:
         place = -1 if link >= 0 else free
         if place < 0:
             if scene.frames_are_old:
@@ -63,13 +64,11 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
             else:
                 world.kinematics()
         shown, turns = world.kept_frames or (xpos, xquat)
-        row = rows[link + 1]
-        if not kernels.push_link(
-            *(xpos, xquat, shown, turns, xipos, qpos, frames, row, link + 1, place, local, *numbers, applied)
-        ):
-            return False
-        wrenches.note_push()
-        return True
+        link += 1
+        if kernels.push_link(arrays, shown, turns, rows[link], link, place, local, *numbers):
+            wrenches.pending = wrenches.pushed = True
+            return True
+        return False
 
     record.link_pusher = push
     return push
@@ -114,7 +113,7 @@ class LinkBoxes:
 class LinkGroup:
     """Some links of one body; valid until MuJoCo's model is recompiled."""
 
-    __slots__ = ("_arrays", "_centres", "_frames", "_parts", "_turns", "_world")
+    __slots__ = ("_arrays", "_centres", "_frames", "_moving", "_parts", "_speeds", "_turns", "_world")
 
     def __init__(self, world: World, record: BodyRecord, links: list[int]) -> None:
         """Prepare reading of `links` of a body."""
@@ -124,18 +123,32 @@ class LinkGroup:
         positions, turned = np.zeros((2, len(links), 3)), np.zeros((2, len(links), 4))
         self._world, self._frames = world, (data.xpos, data.xquat)
         self._arrays = _inertial_frames(record), rows, places, positions, turned
+        velocities = np.zeros((2, len(links), 3))
+        self._moving = data.xquat, data.cvel, data.xipos, data.subtree_com, world.live_model.body_rootid
+        self._speeds = velocities, velocities[0].data, velocities[1].data
         self._parts = positions[0].data, turned[0].data, positions[1].data, turned[1].data
         self._centres = tuple(record.links[place].frame.position for place in places)
         self._turns = tuple(record.links[place].frame.quaternion for place in places)
 
-    def read(self) -> tuple[State, ...]:
-        """Return the fields of getLinkState of each link, without velocities."""
-        kernels.link_poses(*(self._world.kept_frames or self._frames), *self._arrays)
+    def read(self, with_velocity: object) -> tuple[State, ...]:
+        """Return the fields of getLinkState of each link."""
+        speeds: tuple[Any, ...] = ()
+        if with_velocity:
+            self._world.velocities()
+            frames, rows, places, positions, turned = self._arrays
+            velocities, linear, angular = self._speeds
+            kernels.link_states(
+                *(self._world.kept_frames or self._frames), frames, rows, places, *self._moving,
+                positions, turned, velocities,
+            )  # fmt: skip
+            speeds = _positions_of(linear), _positions_of(angular)
+        else:
+            kernels.link_poses(*(self._world.kept_frames or self._frames), *self._arrays)
         positions, turned, frame_positions, frame_turned = self._parts
         return tuple(
             zip(
                 _positions_of(positions), _orientations_of(turned), self._centres, self._turns,
-                _positions_of(frame_positions), _orientations_of(frame_turned), strict=True,
+                _positions_of(frame_positions), _orientations_of(frame_turned), *speeds, strict=True,
             )
         )  # fmt: skip
 

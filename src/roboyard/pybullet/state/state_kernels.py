@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from roboyard.native import compiled
+from roboyard.native import compiled, record
 
 
 def link_pose(xpos, xquat, frames, row, link):  # pragma: no cover
@@ -122,6 +124,25 @@ def link_poses(xpos, xquat, frames, rows, links, positions, orientations):  # pr
             orientations[0, n, k], orientations[1, n, k] = b[k], d[k]
 
 
+@compiled(
+    "f8[:,:] f8[:,:] f8[:,:] i8[:] i8[:] f8[:,:] f8[:,:] f8[:,:] f8[:,:] i4[:] f8[:,:,:] f8[:,:,:] f8[:,:,:]"
+)
+def link_states(  # pragma: no cover
+    xpos, xquat, frames, rows, links, turned, cvel, xipos, subtree_com, rootid,
+    positions, orientations, velocities,
+):  # fmt: skip
+    """Write `link_state` of several links as `link_poses` does, and to velocities (2, n, 3) m/s and rad/s."""
+    for n in range(len(links)):
+        a, b, c, d, e, f = link_state(
+            xpos, xquat, frames, rows[n], links[n], turned, cvel, xipos, subtree_com, rootid
+        )
+        for k in range(3):
+            positions[0, n, k], positions[1, n, k] = a[k], c[k]
+            velocities[0, n, k], velocities[1, n, k] = e[k], f[k]
+        for k in range(4):
+            orientations[0, n, k], orientations[1, n, k] = b[k], d[k]
+
+
 def _write_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
     """Write the corners of the box around a link's shapes in the world to `out` (6,); see `link_box`."""
     (x, y, z), (i, j, k, w), _, _ = link_pose(xpos, xquat, frames, row, link)
@@ -193,39 +214,33 @@ def joint_states(qpos, qvel, forces, positions, velocities, out):  # pragma: no 
             out[2, n] = forces[velocities[n]]
 
 
-@compiled(
-    "f8[:,:] f8[:,:] f8[:,:] f8[:,:] f8[:,:] f8[:] f8[:,:] i8 i8 i8 i8",
-    "f8 f8 f8 f8 f8 f8 f8 f8 f8 f8[:,:] -> i8",
-)
+class Pushed(NamedTuple):
+    """MuJoCo's arrays for pushing the links of a body."""
+
+    xpos: Any
+    xquat: Any
+    xipos: Any
+    qpos: Any
+    frames: Any
+    """(n, 7) inertial frames in link frames."""
+    applied: Any
+    """Forces and torques, xfrc_applied."""
+
+
+_PUSHED = record(Pushed, "f8[:,:] f8[:,:] f8[:,:] f8[:] f8[:,:] f8[:,:]")
+
+
+@compiled(_PUSHED, "f8[:,:] f8[:,:] i8 i8 i8 i8 f8 f8 f8 f8 f8 f8 f8 f8 f8 -> i8")
 def push_link(  # pragma: no cover
-    xpos,
-    xquat,
-    shown,
-    turns,
-    xipos,
-    qpos,
-    frames,
-    row,
-    link,
-    free,
-    local,
-    fx,
-    fy,
-    fz,
-    tx,
-    ty,
-    tz,
-    px,
-    py,
-    pz,
-    out,
+    arrays, shown, turns, row, link, free, local, fx, fy, fz, tx, ty, tz, px, py, pz
 ):
     """Add a force at a point and a torque to MuJoCo's forces; return 0 where they are not finite.
 
-    xpos, xquat: MuJoCo's body poses (w first). shown, turns: those that scripts see. frames: (n, 7) inertial
-    frames in link frames. row: the link's row in xpos; link: in frames. free: the free joint's place in qpos,
-    -1 for a link. local: 0 world axes, 1 axes and origin of the inertial frame; 2 more: at its centre.
+    shown, turns: body poses that scripts see (w first). row: the link's row in them; link: in frames. free:
+    the free joint's place in qpos, -1 for a link. local: 0 world axes, 1 axes and origin of the inertial
+    frame; 2 more: at its centre.
     """
+    xpos, xquat, xipos, qpos, frames, out = arrays
     x, y, z = shown[row, 0], shown[row, 1], shown[row, 2]
     w, i, j, k = turns[row, 0], turns[row, 1], turns[row, 2], turns[row, 3]
     vx, vy, vz = frames[link, 0], frames[link, 1], frames[link, 2]

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _of_models = lazy_module("roboyard.sim.appearance.mjcf_shapes")
 _of_descriptions = lazy_module("roboyard.sim.appearance.shape_appearance")
+_PLAIN = (bool, int, float, str, tuple)
 
 
 class RenderShapes:
@@ -64,6 +65,8 @@ class RenderShapes:
     def change(self, body: Body, link_index: int, shape_index: int, **fields: Any) -> None:
         """Replace fields of one render shape (rgba, texture, ...)."""
         look = self.of(body)[link_index][shape_index]
+        if all(_is_same(getattr(look.shape, name), value) for name, value in fields.items()):
+            return
         look.shape = replace(look.shape, **fields)
         self._dirty = True
 
@@ -98,6 +101,11 @@ class RenderShapes:
             self._scene.revision += 1
             self._dirty = False
         return self._scene
+
+
+def _is_same(old: Any, new: Any) -> bool:
+    """Return whether a field keeps its value; arrays and meshes do only where they are the same object."""
+    return old is new or (isinstance(new, _PLAIN) and type(old) is type(new) and old == new)
 
 
 def _keep_textures(looks: dict[int, list[ShapeAppearance]]) -> None:

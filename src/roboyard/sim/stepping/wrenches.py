@@ -22,8 +22,8 @@ class Wrenches:
         self._world = world
         self.pending = False
         """Whether an external force acts in the next step."""
-        self._pushes = False
-        """Whether it acts on a link."""
+        self.pushed = False
+        """Whether it acts on a link, by MuJoCo's `xfrc_applied`."""
         self._viewed: Any = None
         self._efforts: Any = None
         """MuJoCo's efforts of all degrees of freedom as plain numbers, and the data whose they are."""
@@ -59,11 +59,7 @@ class Wrenches:
             t = t + np.cross(at - data.xipos[row], f)
         data.xfrc_applied[row, :3] += f
         data.xfrc_applied[row, 3:] += t
-        self.pending = self._pushes = True
-
-    def note_push(self) -> None:
-        """Note that forces or torques were added to MuJoCo's `xfrc_applied`."""
-        self.pending = self._pushes = True
+        self.pending = self.pushed = True
 
     def add_joint_effort(self, joint: Joint, effort: float) -> None:
         """Add an effort (N m or N) on a joint of one degree of freedom, for one step."""
@@ -82,8 +78,8 @@ class Wrenches:
     def find(self) -> None:
         """Note which forces MuJoCo's arrays hold, after they were written in other ways."""
         data = self._world.live_data
-        self._pushes = bool(data.xfrc_applied.any())
-        self.pending = self._pushes or bool(data.qfrc_applied.any())
+        self.pushed = bool(data.xfrc_applied.any())
+        self.pending = self.pushed or bool(data.qfrc_applied.any())
 
     def clear(self, *, drag: bool = False) -> None:
         """Clear all external forces.
@@ -94,12 +90,12 @@ class Wrenches:
         if self._viewed is not self._world.live_data:
             self._look_up()
         wrenches, efforts = self._arrays
-        if self._pushes:
+        if self.pushed:
             self.of_last_push = (self._world.time, wrenches.copy())
-        if self._pushes or drag:
+        if self.pushed or drag:
             wrenches.fill(0.0)
         efforts.fill(0.0)
-        self.pending = self._pushes = False
+        self.pending = self.pushed = False
 
     def _look_up(self) -> None:
         data = self._world.live_data

@@ -181,6 +181,9 @@ def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -
         raise failure(
             "Error receiving collision shape info", "soft bodies have no shapes; getMeshData has their nodes"
         )
+    known = record.collision_rows.get(linkIndex)
+    if known is not None:
+        return known
     link = record.model.links[linkIndex + 1]
     back = conjugate(link.frame.quaternion)
     rows = []
@@ -196,7 +199,8 @@ def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -
         position = tuple(float(v) for v in rotate(back, offset))
         rotation = tuple(float(v) for v in multiply(back, own_orientation(shape)))
         rows.append((record.number, linkIndex, kind, size, file, position, rotation))
-    return tuple(rows)
+    found = record.collision_rows[linkIndex] = tuple(rows)
+    return found
 
 
 @command()
