@@ -650,3 +650,26 @@ def test_bodies_made_between_steps_are_as_bodies_made_at_once(client: int):
     assert p.getNumBodies() == 17
     assert p.getAABB(one_by_one[-1])[1][2] == pytest.approx(0.3, abs=0.01)
     np.testing.assert_allclose(states(one_by_one), at_once, atol=1e-7)
+
+
+def test_a_fixed_base_is_put_where_it_was_before(client: int) -> None:
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    body, ball = p.createMultiBody(0, box), p.createMultiBody(1, box)
+    first, second, turn = (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), (0.0, 0.0, 0.0, 1.0)
+    saved = p.saveState()
+    for place in (first, first, second, first, second):
+        p.resetBasePositionAndOrientation(body, place, turn)
+        assert p.getBasePositionAndOrientation(body) == (place, turn)
+    p.restoreState(saved)
+    p.resetBasePositionAndOrientation(body, second, turn)
+    assert p.getBasePositionAndOrientation(body) == (second, turn)
+    for _ in range(2):  # a floating one falls in between
+        p.resetBasePositionAndOrientation(ball, first, turn)
+        p.setGravity(0, 0, -10)
+        p.stepSimulation()
+        p.resetBasePositionAndOrientation(ball, first, turn)
+        assert p.getBasePositionAndOrientation(ball)[0] == first
+        assert p.getBaseVelocity(ball)[0] == (0, 0, 0)
+    p.resetBaseVelocity(ball, [1, 2, 3], [4, 5, 6])
+    p.resetBaseVelocity(ball, [0, 0, 0], [0, 0, 0])
+    assert p.getBaseVelocity(ball) == ((0, 0, 0), (0, 0, 0))

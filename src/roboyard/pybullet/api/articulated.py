@@ -65,7 +65,9 @@ def calculateJacobian(
         error: a list has the wrong length, or the body has spherical or planar joints.
     """
     scene = client.scene
-    record = scene.ready(bodyUniqueId, _BAD_JACOBIAN)
+    record = scene.bodies.get(bodyUniqueId)
+    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        record = scene.ready(bodyUniqueId, _BAD_JACOBIAN)
     tree = record.tree(scene.world.live_model)
     if tree is not None and -1 <= whole(linkIndex) < record.joint_count:
         point = vector3(localPosition, _BAD_JACOBIAN)
@@ -115,7 +117,9 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
         error: the body is unknown or there are too few positions.
     """
     scene = client.scene
-    record = scene.ready(bodyUniqueId, _BAD_MASS_MATRIX)
+    record = scene.bodies.get(bodyUniqueId)
+    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        record = scene.ready(bodyUniqueId, _BAD_MASS_MATRIX)
     tree = None if flags else record.tree(scene.world.live_model)
     found = None if tree is None else tree.mass_matrix(objPositions)
     if found is not None:
@@ -165,7 +169,9 @@ def calculateInverseDynamics(
     """
     scene = client.scene
     message = _BAD_DYNAMICS
-    record = scene.ready(bodyUniqueId, message)
+    record = scene.bodies.get(bodyUniqueId)
+    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        record = scene.ready(bodyUniqueId, message)
     tree = None if flags else record.tree(scene.world.live_model)
     if tree is not None:
         scene.apply_parameters()

@@ -135,12 +135,18 @@ def resetBasePositionAndOrientation(
         record.soft.set_pose(p, q)
         client.scene.frames_are_old = True
         return
+    wanted = p, q
+    if record.placed == wanted and record.body.is_fixed:
+        return
     if not record.base_is_plain:
         frame = record.base_frame
         link_q = multiply(q, conjugate(frame.quaternion))
         p = np.asarray(p) - rotate(link_q, frame.position)
         q = link_q
-    world, free = client.scene.world, record.free
+    world = client.scene.world
+    if record.revision != world.revision and not world.is_stale:
+        client.scene.ready(record.number, "")
+    free = record.free
     x, y, z = p
     total = x + y + z + length
     speed = record.free_velocity
@@ -152,6 +158,7 @@ def resetBasePositionAndOrientation(
         or total - total != 0.0
     ):
         record.body.set_pose(p, q)
+        record.placed = wanted
     else:
         i, j, k, w = q
         free[:] = x, y, z, w, i, j, k
@@ -211,6 +218,11 @@ def resetBaseVelocity(
     total = sum(linear) + sum(angular)
     if total - total != 0.0:  # inf and nan alike
         raise RoboyardError(f"body {record.name!r}: a velocity must be finite, got {linear} and {angular}")
+    if total == 0.0 and not any(linear) and not any(angular):
+        record.free_velocity[:] = 0.0
+        scene.world.mark_moved()
+        scene.frames_are_old = True
+        return
     x, y, z, w = _orientation(record)
     if not record.base_is_plain:
         lever = cross(angular, rotated((x, y, z, w), record.base_frame.position))

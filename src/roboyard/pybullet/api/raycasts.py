@@ -124,7 +124,9 @@ def getAABB(
         raise failure("getAABB failed; invalid bodyUniqueId", f"body ids start at 0, got {bodyUniqueId}")
     if whole(linkIndex) < -1:
         raise failure("getAABB failed; invalid linkIndex", f"links start at -1, got {linkIndex}")
-    record = scene.ready(bodyUniqueId, "getAABB failed.")
+    record = scene.bodies.get(bodyUniqueId)
+    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        record = scene.ready(bodyUniqueId, "getAABB failed.")
     if linkIndex >= record.joint_count:
         raise failure("getAABB failed.", f"body {bodyUniqueId} has no link {linkIndex}")
     if record.soft is not None:

@@ -83,7 +83,7 @@ def restore_from_file(client: Client, file_name: str) -> None:
         )
     )
     for record in scene.bodies.values():
-        record.fixed_poses = None
+        record.fixed_poses = record.placed = None
     scene.mark_moved()
 
 

@@ -71,5 +71,5 @@ def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
     except ModelError as problem:
         raise failure("Couldn't restore state.", str(problem)) from None
     for record in scene.bodies.values():
-        record.fixed_poses = None
+        record.fixed_poses = record.placed = None
     scene.mark_moved()

@@ -168,6 +168,8 @@ class BodyRecord:
         """Fast motor commands of this body, created when a script uses them."""
         self.soft: SoftBody | None = None
         """The nodes of a soft body."""
+        self.placed: tuple[Any, Any] | None = None
+        """Pose of the inertial frame where a script put a fixed base last; None where others moved it."""
         self.fixed_poses: Any = None
         """Poses of the inertial and the link frame of a fixed base, once they were asked for."""
         self.fixed_axes: tuple[Any, Array] | None = None

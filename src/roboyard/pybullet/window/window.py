@@ -111,7 +111,7 @@ class Window:
             if not self._viewer.start_state.restore(scene.world):
                 return
             for record in scene.bodies.values():
-                record.fixed_poses = None
+                record.fixed_poses = record.placed = None
             scene.mark_moved()
             self._client.is_changed = True
 
