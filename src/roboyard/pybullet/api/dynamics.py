@@ -147,7 +147,8 @@ def changeDynamics(
     if linearDamping >= 0 or angularDamping >= 0:
         linear = linearDamping if linearDamping >= 0 else record.linear_damping
         angular = angularDamping if angularDamping >= 0 else record.angular_damping
-        scene.set_damping(record, linear, angular)
+        if (linear, angular) != (record.linear_damping, record.angular_damping):
+            scene.set_damping(record, linear, angular)
     if contactStiffness >= 0:
         state.contact_stiffness, state.contact_damping = contactStiffness, contactDamping
         link = record.body.links[linkIndex + 1]
