@@ -86,7 +86,7 @@ def check_finite(message: str, **given: float | Iterable[float]) -> None:
         error: with PyBullet's `message`.
     """
     for name, value in given.items():
-        if type(value) is tuple and are_finite(value):
+        if (type(value) is float and isfinite(value)) or (type(value) is tuple and are_finite(value)):
             continue
         numbers = value if isinstance(value, Iterable) else (value,)
         if not all(map(isfinite, numbers)):

@@ -303,7 +303,8 @@ class Constraints:
         row = site.id
         if position is not None:
             place = np.asarray(position, dtype=float)
-            _check_finite("a position", place)
+            if not all(map(math.isfinite, place.tolist())):
+                _check_finite("a position", place)
             site.pos = place
             if model is not None:
                 model.site_pos[row] = place
