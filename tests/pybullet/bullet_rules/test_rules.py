@@ -30,6 +30,7 @@ from roboyard.pybullet.bullet_rules import (
 )
 from roboyard.pybullet.bullet_rules.merging import merge_fixed_links
 from roboyard.pybullet.bullet_rules.stable_pd import StablePdTargets, rotation_error, stable_pd_torque
+from roboyard.pybullet.state import state_kernels
 
 
 def bounds(*shapes: Collision, frame: Pose | None = None, implicit: bool = True, from_file: bool = False):
@@ -92,10 +93,13 @@ class TestBounds:
         assert bounds(moved).kind == "compound"
 
     def test_a_box_in_the_world_turns(self) -> None:
-        found = bounds(Collision(geometry=Box(size=(2, 4, 6)))).in_world(
-            0.001, np.array([1.0, 2.0, 3.0]), np.array([0, 0, sqrt(0.5), sqrt(0.5)])
-        )
-        assert found == pytest.approx(np.array([[-1, 1, 0], [3, 3, 6]]))
+        corners = bounds(Collision(geometry=Box(size=(2, 4, 6)))).corners
+        box = np.array([[*corners.ravel(), 0.0, 1.0]])
+        inertial = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
+        found = np.empty(6)
+        at, turned = np.array([[1.0, 2.0, 3.0]]), np.array([[sqrt(0.5), 0.0, 0.0, sqrt(0.5)]])
+        state_kernels.link_box(at, turned, inertial, box, 0, 0, found)
+        assert found == pytest.approx([-1, 1, 0, 3, 3, 6])
 
 
 @pytest.mark.parametrize("seed", range(8))
