@@ -12,6 +12,7 @@ from numba import carray, cfunc, njit, types
 from numba.extending import intrinsic
 
 from roboyard.native.called import called_functions
+from roboyard.native.python_functions import PYTHON, WORD
 from roboyard.native.signatures import Argument, FrontSignature, Record, Signature
 
 FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
@@ -64,7 +65,7 @@ def machine_code(
         is_small: whether code and constants stand within 2 GiB of each other, else anywhere.
     """
     loop = jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan)
-    values: dict[str, Any] = {"_loop": loop, "np": np, **_PYTHON}
+    values: dict[str, Any] = {"_loop": loop, "np": np, **PYTHON}
     if isinstance(signature, FrontSignature):
         from roboyard.native.front_entries import front_source, helpers
 
@@ -81,9 +82,9 @@ def machine_code(
 def _compiled(source: str, values: dict[str, Any], count: int, name: str, is_small: bool) -> bytes:
     """Return an object file of the function `entry` of a source, whose second argument is an address."""
     exec(compile(source, f"<{name}>", "exec"), values)  # noqa: S102 - our own source
-    words = [_WORD] * count
-    words[1] = types.CPointer(_WORD)
-    made: Any = cfunc(_WORD(*words), error_model="numpy")(values["entry"])
+    words = [WORD] * count
+    words[1] = types.CPointer(WORD)
+    made: Any = cfunc(WORD(*words), error_model="numpy")(values["entry"])
     function = made.native_name.removeprefix("cfunc.")
     return _object_file(made.inspect_llvm(), function, count, name, is_small)
 
@@ -161,25 +162,6 @@ define i64 @{name}({given}) {{
 
 _UNUSED = re.compile(r"declare void @(NRT_MemInfo_call_dtor)\((ptr|i8\*)[^)]*\)[^\n]*")
 """Called by numba for the last owner of an array's memory; arrays that are passed have no owner here."""
-
-
-_WORD = types.int64
-_PYTHON: dict[str, Any] = {
-    name: types.ExternalFunction(name, signature)
-    for name, signature in {
-        "PyErr_BadArgument": types.int32(),
-        "PyErr_Occurred": _WORD(),
-        "PyEval_RestoreThread": types.void(_WORD),
-        "PyEval_SaveThread": _WORD(),
-        "PyFloat_AsDouble": types.float64(_WORD),
-        "PyFloat_FromDouble": _WORD(types.float64),
-        "PyLong_AsLongLong": _WORD(_WORD),
-        "PyLong_FromLongLong": _WORD(_WORD),
-        "PyTuple_GetItem": _WORD(_WORD, _WORD),
-        "Py_IncRef": types.void(_WORD),
-    }.items()
-}
-"""Functions of Python's C interface; an object is its address."""
 
 
 @intrinsic

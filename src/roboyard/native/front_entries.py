@@ -5,31 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import njit
 
+from roboyard.native.python_functions import PYTHON
 from roboyard.native.signatures import FrontSignature
-
-_WORD = types.int64
-_FUNCTIONS: dict[str, Any] = {
-    name: types.ExternalFunction(name, signature)
-    for name, signature in {
-        "PyErr_Clear": types.void(),
-        "PyErr_Occurred": _WORD(),
-        "PyFloat_AsDouble": types.float64(_WORD),
-        "PyFloat_FromDouble": _WORD(types.float64),
-        "PyObject_Vectorcall": _WORD(_WORD, types.CPointer(_WORD), _WORD, _WORD),
-        "PySequence_GetItem": _WORD(_WORD, _WORD),
-        "PySequence_Size": _WORD(_WORD),
-        "PyTuple_GetItem": _WORD(_WORD, _WORD),
-        "PyTuple_New": _WORD(_WORD),
-        "PyTuple_SetItem": types.int32(_WORD, _WORD, _WORD),
-        "PyTuple_Size": _WORD(_WORD),
-        "PyUnicode_GetLength": _WORD(_WORD),
-        "PyUnicode_ReadChar": types.uint32(_WORD, _WORD),
-        "Py_DecRef": types.void(_WORD),
-    }.items()
-}
-"""Functions of Python's C interface; an object is its address."""
 
 _HELPERS = """
 def number(given):
@@ -72,11 +51,11 @@ def is_ignored(keywords, name):
 
 def helpers() -> dict[str, Any]:
     """Return name to compiled function of what an entry calls."""
-    values: dict[str, Any] = {"np": np, **_FUNCTIONS}
+    values: dict[str, Any] = {"np": np, **PYTHON}
     exec(compile(_HELPERS, "<front>", "exec"), values)  # noqa: S102 - our own source
     options: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
     names = ("number", "item", "has_length", "is_ignored")
-    return {**_FUNCTIONS, **{name: njit(**options)(values[name]) for name in names}}
+    return {name: njit(**options)(values[name]) for name in names}
 
 
 def front_source(signature: FrontSignature) -> str:
