@@ -41,16 +41,13 @@ from roboyard.description.files.workspaces import (
     workspace_sources,
 )
 from roboyard.shapes.cache import mesh_folder
+from roboyard.shapes.readers.external_files import MESH_FOLDER
 from roboyard.untrusted.files import check_file
 
 MAX_LEVELS = 8
 MAX_BYTES = 512 * 1024 * 1024
 """Largest file that is handed to another reader (bytes)."""
 _URDF_FOLDERS = {"urdf", "urdfs", "mjcf", "robot", "robots", "xacro", "model", "models", "sdf", "description"}
-_MESH_FOLDERS = lazy_pattern(
-    r"(\w+_)?(mesh(es)?|visuals?|collisions?|assets?|geometry|geometries|materials?|textures?|media|stl|obj|dae)",
-    re.IGNORECASE,
-)
 _DRIVE = lazy_pattern(r"[A-Za-z]:[\\/]")
 _SCHEME = lazy_pattern(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.S)
 
@@ -257,7 +254,7 @@ class Resolver:
                 folder = folder.parent
                 yield _Candidate(folder, rest, f"found relative to {folder.name}/, above the robot's folder")
         for folder in self._above[1:3]:
-            if _MESH_FOLDERS.fullmatch(rest.partition("/")[0]):
+            if MESH_FOLDER.fullmatch(rest.partition("/")[0]):
                 yield _Candidate(folder, rest, f"found relative to {folder.name}/, above the robot's folder")
 
     def _in_package(self, rest: str) -> Iterator[_Candidate]:
@@ -385,7 +382,7 @@ def _is_in_mesh_folder(file: Path, folder: Path) -> bool:
         return False
     inner = file.relative_to(folder).parts[:-1]
     searched = inner[:3] if is_mesh_or_image(file) else inner[:1]
-    return any(_MESH_FOLDERS.fullmatch(part) for part in searched)
+    return any(MESH_FOLDER.fullmatch(part) for part in searched)
 
 
 def _folders_above(base: Path) -> tuple[Path, ...]:

@@ -33,10 +33,11 @@ RECENT_BYTES = 128 * 1024 * 1024
 """Size of the cache of decoded images (bytes): the meshes of one scene often share theirs."""
 _recent: OrderedDict[tuple[Path, int, int], NDArray[np.uint8] | None] = OrderedDict()
 _recent_lock = Lock()
-_MESH_FOLDER = lazy_pattern(
+MESH_FOLDER = lazy_pattern(
     r"(\w+_)?(mesh(es)?|visuals?|collisions?|assets?|geometry|geometries|materials?|textures?|media|stl|obj|dae)",
     re.IGNORECASE,
 )
+"""Name of a folder in which a robot's meshes or their images are, as vendors call it."""
 _IMAGES = ("PNG", "JPEG", "BMP", "TGA", "GIF", "TIFF", "WEBP", "PPM", "DDS")
 _log = LazyLogger(__name__)
 _asked = local()
@@ -68,7 +69,7 @@ def find_external_file(mesh_file: Path, name: str) -> Path | None:
         return None
     root = mesh_file.absolute().parent
     for _ in range(3):
-        if root.parent == root or not _MESH_FOLDER.fullmatch(root.name):
+        if root.parent == root or not MESH_FOLDER.fullmatch(root.name):
             break
         root = root.parent
     # as written, and by its file name: exporters write absolute paths of their own machine
