@@ -153,9 +153,9 @@ def getOverlappingObjects(
     low, high = low - BROADPHASE_MARGIN, high + BROADPHASE_MARGIN
     found = []
     for record in sorted(scene.bodies.values(), key=lambda record: -record.body.id):
-        number_ = scene.ready(record.number, "").number
+        scene.ready(record.number, "")
         boxes = record.link_boxes or _boxes(scene, record)
-        found += [(number_, link) for link in boxes.inside(low, high)]
+        found += [(record.number, link) for link in boxes.inside(low, high)]
     return tuple(found) or None
 
 

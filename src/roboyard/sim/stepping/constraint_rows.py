@@ -16,6 +16,8 @@ from roboyard.transforms import Array
 BOUND_ROUNDS = 3
 PARALLEL = 1e-3
 """Sine of the angle between directions below which they are parallel."""
+HALF_ANGLE = 0.5
+"""Unit of the force of a weld's rotational rows (N m)."""
 
 
 def free_axis(
@@ -92,7 +94,7 @@ def row_scale(model: Any, data: Any) -> Array:
     is_weld = model.eq_type[rows] == int(mujoco.mjtEq.mjEQ_WELD)
     first = np.concatenate(([0], np.flatnonzero(np.diff(rows)) + 1))
     place = np.arange(len(rows)) - np.repeat(first, np.diff(np.append(first, len(rows))))
-    return np.where(is_weld & (place >= 3), 0.5, 1.0)
+    return np.where(is_weld & (place >= 3), HALF_ANGLE, 1.0)
 
 
 def _give_force(model: Any, data: Any, row: int, force: float) -> None:

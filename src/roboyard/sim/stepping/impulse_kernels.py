@@ -665,7 +665,7 @@ def push_pairs(lines, influence, rows, first, sliding, stop, blocks):
                 factor = bound / np.sqrt(square)
                 x *= factor
                 y *= factor
-                lines[CUT, n] = factor
+                lines[CUT, n] = factor  # without a store LLVM takes the root of rows that do not slide, too
             x -= lines[IMPULSE, n]
             y -= lines[IMPULSE, n + 1]
             if x != 0.0 or y != 0.0:
