@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import hashlib
 import os
 import sys
 from collections.abc import Callable
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from roboyard._bytecode import user_cache
+from roboyard._digests import blake2b
 from roboyard._lazy import paused_collection
 from roboyard.native.called import source_of
 from roboyard.native.images import image_from_bytes, image_of
@@ -120,7 +120,7 @@ def _stored_at(function: FunctionType, signature: Signature | FrontSignature) ->
         *(_LAYOUT, getattr(sys, "abiflags", ""), np.__version__, llvmlite.__version__),
         *(processor(), function.__name__, signature),
     )
-    key = hashlib.sha256(repr(parts).encode() + b"".join(source_of(function))).hexdigest()[:16]
+    key = blake2b(repr(parts).encode() + b"".join(source_of(function)), digest_size=8).hexdigest()
     return _folder(
         source
     ) / f"{source.stem}.{function.__name__}.{key}.o", f"roboyard_{function.__name__}_{key}"
@@ -144,7 +144,7 @@ def _stored(path: Path) -> bytes | None:
     except OSError:
         return None
     digest, content = data[:_DIGEST], data[_DIGEST:]
-    return content if hashlib.sha256(content).digest() == digest else None
+    return content if blake2b(content, digest_size=_DIGEST).digest() == digest else None
 
 
 def _store(path: Path, content: bytes) -> None:
@@ -152,7 +152,7 @@ def _store(path: Path, content: bytes) -> None:
     new = path.with_name(f"{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        new.write_bytes(hashlib.sha256(content).digest() + content)
+        new.write_bytes(blake2b(content, digest_size=_DIGEST).digest() + content)
         new.replace(path)
     except OSError:
         with suppress(OSError):

@@ -6,7 +6,6 @@ several processes can share it; an unreadable entry counts as absent.
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard._bytecode import user_cache
+from roboyard._digests import blake2b
 from roboyard.untrusted.arrays import ArraysError, read_arrays
 
 MAX_BYTES = 256 << 20
@@ -36,7 +36,7 @@ def mesh_folder() -> Path:
 
 def content_key(*parts: object) -> str:
     """Return a hash of arrays (type, shape and bytes) and of other values (their repr)."""
-    digest = hashlib.blake2b(digest_size=20)
+    digest = blake2b(digest_size=20)
     for part in parts:
         if isinstance(part, np.ndarray):
             digest.update(f"{part.dtype.str}{part.shape}".encode())

@@ -11,7 +11,6 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
-from hashlib import blake2b
 from importlib import import_module
 from pathlib import Path
 from weakref import WeakKeyDictionary, WeakValueDictionary
@@ -19,6 +18,7 @@ from weakref import WeakKeyDictionary, WeakValueDictionary
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard._digests import blake2b
 from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.shapes.readers.external_files import clear_images, external_names, find_external_file

@@ -10,7 +10,7 @@ import numpy as np
 
 from roboyard.errors import ModelError, RoboyardError
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
-from roboyard.sim.build.mesh_assets import MeshAssets
+from roboyard.sim.build.mesh_assets import MeshAssets, forget_meshes
 from roboyard.sim.build.solver_options import (
     HARD_SOLIMP,
     PILE_SOLIMP,
@@ -197,6 +197,7 @@ class Engine(Generic[BodyT]):
         shapes = sum(len(r.geoms) for body in self.body_by_id.values() for r in body.built.links)
         self._before_compile()
         shapes += self.pool.prepare(spec)
+        forget_meshes()
         spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, self._memory_least, MEMORY_MOST))
         try:
             if self._model is None:

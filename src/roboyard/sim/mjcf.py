@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -64,7 +65,9 @@ def add_mjcf(
     _take_over_options(child, world)
     ground = world.spec.worldbody
     before = len(ground.geoms)
-    world.spec.attach(child, prefix=f"{name}/", frame=ground.add_frame(pos=offset))
+    with warnings.catch_warnings():  # of specs that have files in memory and are attached to yet another one
+        warnings.simplefilter("ignore")
+        world.spec.attach(child, prefix=f"{name}/", frame=ground.add_frame(pos=offset))
     fixed = Built(links=[BuiltLink(name="world", parent=-1, element=ground, link=None)], is_ground=True)
     fixed.links[0].geoms = list(ground.geoms)[before:]
     bodies: list[Body] = []

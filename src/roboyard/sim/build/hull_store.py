@@ -6,7 +6,6 @@ Without a place to write, nothing is kept.
 
 from __future__ import annotations
 
-import hashlib
 import os
 import struct
 from contextlib import suppress
@@ -16,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from roboyard._bytecode import user_cache
+from roboyard._digests import blake2b
 from roboyard.transforms import Array
 
 _HEADER = struct.Struct("<8sII")
@@ -40,7 +40,7 @@ def load_hull(key: bytes) -> tuple[Array, np.ndarray] | None:
     except OSError:
         return None
     body, checksum = content[:-_CHECKSUM], content[-_CHECKSUM:]
-    if len(body) < _HEADER.size or hashlib.blake2b(body, digest_size=_CHECKSUM).digest() != checksum:
+    if len(body) < _HEADER.size or blake2b(body, digest_size=_CHECKSUM).digest() != checksum:
         return None
     form, n, m = _HEADER.unpack_from(body)
     if form != _FORMAT or len(body) != _HEADER.size + 24 * n + 12 * m:
@@ -69,7 +69,7 @@ def store_hull(key: bytes, vertices: Array, faces: np.ndarray) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         if sum(1 for _ in os.scandir(path.parent)) >= MOST_FILES:
             return
-        new.write_bytes(body + hashlib.blake2b(body, digest_size=_CHECKSUM).digest())
+        new.write_bytes(body + blake2b(body, digest_size=_CHECKSUM).digest())
         new.replace(path)
     except OSError:
         with suppress(OSError):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from heapq import heappop, heappush
 from typing import Any
 
 from roboyard.description.model import RobotDescription
@@ -26,7 +25,7 @@ class CollisionFilters:
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._free_codes: list[int] = []
-        """Codes of removed robots, as a heap."""
+        """Codes of removed robots, in order."""
         self._codes = 0
         """Number of codes in use or free."""
         self._disabled: set[Key] = set()
@@ -61,7 +60,7 @@ class CollisionFilters:
         if self._next is not None:
             self._owned[body.id] = self._next
             if self._free_codes:
-                heappop(self._free_codes)
+                self._free_codes.pop(0)
             else:
                 self._codes += 1
         self._next = None
@@ -70,7 +69,8 @@ class CollisionFilters:
         """Free the code of a body that is removed and delete its exclusions."""
         code = self._owned.pop(body.id, None)
         if code is not None:
-            heappush(self._free_codes, code)
+            self._free_codes.append(code)
+            self._free_codes.sort()
         self._disabled = {key for key in self._disabled if body.id not in (key[0][0], key[1][0])}
         self._sync()
 
