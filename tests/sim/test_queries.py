@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from roboyard.description.model import Collision, Heightfield, Inertial, Link, RobotDescription
+from roboyard.description.model import (
+    Box,
+    Collision,
+    Heightfield,
+    Inertial,
+    Link,
+    RobotDescription,
+    Sphere,
+    Visual,
+)
 from roboyard.errors import RoboyardError
 from roboyard.shapes import primitives
 from roboyard.sim import World
@@ -278,3 +287,19 @@ def test_boxes_around_geoms_hold_them_and_are_tight() -> None:
     boxes = geom_bounds(world, [*ball.links[0].geom_ids, *floor.links[0].geom_ids])
     np.testing.assert_allclose(boxes[0], [PLACE - 0.25, PLACE + 0.25], atol=1e-6)
     assert np.isneginf(boxes[1, 0]).all() and np.isposinf(boxes[1, 1]).all()
+
+
+def test_rays_see_what_is_larger_than_the_colliding_shapes() -> None:
+    """Also alone, for which MuJoCo looks at the box around a body's colliding shapes."""
+    world = World()
+    link = Link(
+        name="base",
+        visuals=(Visual(geometry=Box(size=(4, 4, 0.2))),),
+        collisions=(Collision(geometry=Sphere(radius=0.1)),),
+    )
+    body = world.add_urdf(RobotDescription(name="table", links=(link,)), fixed_base=True)
+    for ends in ([(1.5, 1.5, -3.0)], [(1.5, 1.5, -3.0), (1.5, -1.5, -3.0)]):
+        seen = world.rays((1.5, 0.5, 3.0), ends, visual=True)
+        assert (seen.owners[:, 0] == body.id).all()
+        assert seen.position[:, 2] == pytest.approx(0.1)
+        assert not world.rays((1.5, 0.5, 3.0), ends).hit.any()

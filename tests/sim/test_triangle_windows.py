@@ -142,3 +142,44 @@ def test_kernels_find_the_triangles_that_numpy_finds() -> None:
     count = int(count)
     assert len(expected) > 10
     assert sorted(found[:count].tolist()) == sorted(expected)
+
+
+@pytest.mark.parametrize("profile", [PLAIN, BULLET], ids=["plain", "bullet"])
+def test_rays_meet_triangles_far_from_moving_bodies(profile) -> None:
+    """Also those of one common start, for which MuJoCo looks at the box around a body's colliding shapes."""
+    world = World(profile=profile)
+    floor = world.add_mesh(_grid(60, _bowl), mass=0, concave=True)
+    ball = world.add_sphere(0.05, (0.0, 0.0, 0.2))
+    world.step(100)
+    ends = np.array([(x, y, -1.0) for x in np.linspace(-1.9, 1.9, 8) for y in np.linspace(-1.9, 1.9, 8)])
+    starts = ends + np.array([0, 0, 5])
+    for _ in range(2):
+        for seen in (world.rays(starts, ends), world.rays((0, 0, 4), ends)):
+            assert (seen.owners[:, 0] == floor.id).all()
+            places = seen.position
+            assert places[:, 2] == pytest.approx(_bowl(places[:, 0], places[:, 1]), abs=3e-3)
+        world.step(5)
+    assert ball.position == pytest.approx((0, 0, 0.05), abs=5e-3)
+    assert floor.bounds[1] == pytest.approx((2, 2, 0.8), abs=1e-3)
+
+
+def test_triangles_that_only_rays_meet_are_compiled_for_the_first_ray() -> None:
+    """Steps do not need them, and contacts are the same with them."""
+    worlds = [World(), World()]
+    for world in worlds:
+        world.add_mesh(_grid(40, _bowl), mass=0, concave=True, friction=1.0)
+        world.add_sphere(0.1, (0.4, 0.3, 0.2))
+    worlds[1].show_triangles()
+    for world in worlds:
+        world.step(300)
+    assert worlds[1].live_model.nmeshface - worlds[0].live_model.nmeshface == 2 * 40 * 40
+    np.testing.assert_allclose(worlds[0].live_data.qpos, worlds[1].live_data.qpos, atol=1e-12)
+    before = worlds[0].live_data.qpos.copy()
+    assert worlds[0].ray((1.5, 1.5, 3), (1.5, 1.5, -1)) is not None
+    np.testing.assert_array_equal(worlds[0].live_data.qpos, before)
+    assert worlds[0].live_model.nmeshface == worlds[1].live_model.nmeshface
+    late = worlds[0].add_mesh(_grid(10, _bowl), mass=0, concave=True)  # later ones get them at once
+    late.set_pose((0, 0, 2), (0, 0, 0, 1))
+    hit = worlds[0].ray((1.5, 1.5, 5), (1.5, 1.5, -1))
+    assert hit is not None
+    assert hit.body is late

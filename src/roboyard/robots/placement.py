@@ -85,6 +85,7 @@ def raise_out_of_ground(robot: Robot) -> Contact | None:
 def floor_below(robot: Robot, position: Array) -> float | None:
     """Return the height of the first surface below a (3,) point that is not of the robot (m); else None."""
     world = robot.world
+    world.show_triangles()
     data, model = world.kinematics(), world.live_model
     own = np.isin(model.geom_bodyid, robot.body.mujoco_ids)
     groups = model.geom_group.copy()
@@ -129,6 +130,7 @@ def mounting_height(robot: Robot) -> float:
 def lowest_collision(body: Body) -> float:
     """Return the height of the lowest point of a body's collision shapes (m); +inf without any."""
     world = World.of(body)
+    world.show_triangles()
     data, model = world.kinematics(), world.live_model
     chosen = np.isin(model.geom_bodyid, body.mujoco_ids) & (model.geom_group != _VISUAL_GROUP)
     rows = [int(row) for row in np.flatnonzero(chosen)]

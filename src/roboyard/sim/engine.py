@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from roboyard.errors import ModelError, RoboyardError
+from roboyard.sim.build.geoms import add_triangles_for_rays
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets, forget_meshes
 from roboyard.sim.build.solver_options import (
@@ -77,6 +78,8 @@ class Engine(Generic[BodyT]):
         self._dofs = self._free_dofs = 0
         """Degrees of freedom of all active bodies in MuJoCo's arrays, and those of their free bases."""
         self._has_joints = False
+        self.shows_triangles = False
+        """Whether concave meshes get a geom with all their triangles."""
         WORLDS.add(self, _array_bytes)
 
     # ------------------------------------------------------------------------------ defined by subclasses
@@ -128,23 +131,30 @@ class Engine(Generic[BodyT]):
     def spec(self) -> Any:
         """The `mujoco.MjSpec` with the world's bodies only; after an edit call `mark_stale`."""
         self.pool.clear()
+        self.show_triangles()
         return self.raw_spec
 
     @property
     def model(self) -> Any:
         """The compiled `mujoco.MjModel`; a new object after each structural edit."""
         self.pool.clear()
+        self.show_triangles()
         return self.live_model
 
     @property
     def data(self) -> Any:
         """The `mujoco.MjData` of `model`; after writing into it call `mark_moved`."""
         self.pool.clear()
+        self.show_triangles()
         return self.live_data
 
     @property
     def live_model(self) -> Any:
-        """The MjModel that is stepped; unlike `model` it may have rows of inactive bodies."""
+        """The MjModel that is stepped.
+
+        Unlike `model` it may have rows of inactive bodies, and lack the geoms with all triangles of concave
+        meshes.
+        """
         if self._stale:
             self.ensure_compiled()
         return self._model
@@ -155,6 +165,13 @@ class Engine(Generic[BodyT]):
         if self._stale:
             self.ensure_compiled()
         return self._data
+
+    def show_triangles(self) -> None:
+        """Let rays and bounding boxes meet all triangles of concave meshes, from now on."""
+        if not self.shows_triangles:
+            self.shows_triangles = True
+            if any(record.hidden for body in self.body_by_id.values() for record in body.built.links):
+                self._stale = True
 
     def mark_stale(self) -> None:
         """Note an edit of the spec: compile before the next use."""
@@ -196,6 +213,10 @@ class Engine(Generic[BodyT]):
         self._apply_options(spec.option)
         shapes = sum(len(r.geoms) for body in self.body_by_id.values() for r in body.built.links)
         self._before_compile()
+        if self.shows_triangles:
+            for body in self.body_by_id.values():
+                for record in body.built.links:
+                    add_triangles_for_rays(record, spec, self.assets)
         shapes += self.pool.prepare(spec)
         forget_meshes()
         spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, self._memory_least, MEMORY_MOST))
@@ -379,6 +400,7 @@ class Engine(Generic[BodyT]):
         Args:
             mujoco_ids: (k,) rows of bodies.
         """
+        self.show_triangles()
         data = self.kinematics()
         model = self._model
         of_body = np.isin(model.geom_bodyid, mujoco_ids)

@@ -57,11 +57,19 @@ def add_collision(
     """Add one collision shape to a link's body; a shape without size is skipped with a note."""
     static = options.fixed_base and record.parent == -1
     is_concave = static and collision.concave and isinstance(collision.geometry, Mesh)
-    arguments = geom_arguments(
-        record, spec, assets, collision.geometry, collision.origin, options.scale,
-        static=static, hull=not is_concave, triangles=is_concave,
-    )  # fmt: skip
-    if arguments is None:
+    arguments = None
+    if not is_concave:
+        arguments = geom_arguments(
+            record,
+            spec,
+            assets,
+            collision.geometry,
+            collision.origin,
+            options.scale,
+            static=static,
+            hull=True,
+        )
+    if arguments is None and not (is_concave and _has_faces(collision.geometry, options.scale)):
         notes.append(f'link "{record.name}": collision shape has no size or no mesh; skipped')
         return
     contact = record.link.contact if record.link is not None else None
@@ -73,11 +81,9 @@ def add_collision(
         "solref": CONTACT_SOLREF,
         "solimp": CONTACT_SOLIMP,
     }
-    if is_concave:
+    if arguments is None:
         _add_triangles(record, assets, collision, options.scale, fields)
-        record.element.add_geom(
-            group=COLLISION_GROUP, contype=0, conaffinity=0, mass=0.0, rgba=UNPAINTED, **arguments
-        )
+        record.hidden.append((collision, options.scale))
         return
     record.geoms.append(record.element.add_geom(group=COLLISION_GROUP, mass=0.0, **fields, **arguments))
 
@@ -98,6 +104,25 @@ def _add_triangles(
     fields = {**fields, "group": COLLISION_GROUP, "rgba": (0.0, 0.0, 0.0, 0.0)}
     count = min(len(window.tree), FEWEST)
     add_slots(window, record.element, record.geoms, record.meshes, assets, count, **fields)
+
+
+def add_triangles_for_rays(record: BuiltLink, spec: mujoco.MjSpec, assets: MeshAssets) -> None:
+    """Add a geom with all triangles for each concave mesh that has none yet; nothing touches it."""
+    for collision, scale in record.hidden:
+        arguments = geom_arguments(
+            record, spec, assets, collision.geometry, collision.origin, scale,
+            static=True, hull=False, triangles=True,
+        )  # fmt: skip
+        if arguments is not None:
+            record.element.add_geom(
+                group=COLLISION_GROUP, contype=0, conaffinity=0, mass=0.0, rgba=UNPAINTED, **arguments
+            )
+    record.hidden.clear()
+
+
+def _has_faces(geometry: Geometry, scale: float) -> bool:
+    mesh = load_scaled(geometry, scale) if isinstance(geometry, Mesh) else None
+    return mesh is not None and len(mesh.faces) > 0
 
 
 def add_visual(

@@ -7,7 +7,7 @@ from typing import Any
 
 from roboyard._records import dataclass
 from roboyard.description.mass_properties import MassProperties
-from roboyard.description.model import Heightfield, Joint, Link
+from roboyard.description.model import Collision, Heightfield, Joint, Link
 from roboyard.sim.build.triangle_windows import TriangleWindow
 
 ALL_MASKS = 0x7FFFFFFF
@@ -37,6 +37,8 @@ class BuiltLink:
     meshes: list[str] = field(default_factory=list)
     windows: list[TriangleWindow] = field(default_factory=list)
     """Concave meshes; their slots are collision geoms, too."""
+    hidden: list[tuple[Collision, float]] = field(default_factory=list)
+    """Concave meshes, and the body's scale, that have no geom with all their triangles yet."""
     terrains: dict[str, Heightfield] = field(default_factory=dict)
     """Terrain by the name of the spec's heightfield."""
     mass: MassProperties | None = None

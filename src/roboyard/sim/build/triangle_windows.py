@@ -3,7 +3,8 @@
 MuJoCo collides convex shapes only. A window has a limited number of slots, flat prisms, which
 `roboyard.sim.stepping.triangle_windows` moves to the triangles that may be touched in the next step. So the
 cost of a compile and of a step depends on how many triangles are near, not on how many the mesh has. A geom
-without contacts holds all triangles for rays.
+without contacts holds all triangles for rays; it is added when a world is first asked for rays or boxes
+(`Engine.show_triangles`), since MuJoCo takes longer to compile it than all else.
 """
 
 from __future__ import annotations

@@ -59,6 +59,7 @@ def extreme_points(bodies: Iterable[Body]) -> Array:
     """
     found: list[Array] = []
     for body in bodies:
+        body.world.show_triangles()
         data, model = body.world.kinematics(), body.world.live_model
         for geom in np.flatnonzero(np.isin(model.geom_bodyid, body.mujoco_ids)):
             if model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_PLANE):

@@ -92,12 +92,14 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
     if row >= 0:
         start, end = (points[row if len(points) > 1 else 0].tolist() for points in (origins, targets))
         raise RoboyardError(f"ray {row}: start {start} and end {end} must be finite")
+    world.show_triangles()
     world.kinematics()
     model, data = world.live_model, world.live_data
     groups = _VISUALS if visual else _COLLISIONS
     geoms = np.full((k, 1), -1, dtype=np.int32)
     normals = np.zeros((k, 3))
-    if k == 0 or len(origins) == 1 or (origins == origins[0]).all():
+    # rays of one start skip bodies by boxes around what collides, which may not hold what is seen
+    if not visual and (k == 0 or len(origins) == 1 or (origins == origins[0]).all()):
         distances = np.full(k, -1.0)
         cutoff = float(lengths.max()) if k else 0.0
         origin = origins[0] if k else np.zeros(3)
@@ -117,7 +119,7 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
         )
     else:
         ray = mujoco.mj_ray
-        rows = zip(origins, directions, geoms, normals, strict=True)
+        rows = zip(np.broadcast_to(origins, (k, 3)), directions, geoms, normals, strict=True)
         distances = np.array(
             [
                 ray(model, data, start, way, groups, True, -1, geom, normal)
@@ -168,6 +170,7 @@ def first_shape(
     length = math.hypot(x, y, z)
     if length == 0.0 or behind >= 1.0 or not math.isfinite(length + start[0] + start[1] + start[2]):
         return None
+    world.show_triangles()
     data = world.kinematics()
     geom, normal = np.zeros(1, dtype=np.int32), np.zeros(3)
     origin = np.array([start[0] + behind * x, start[1] + behind * y, start[2] + behind * z])

@@ -176,13 +176,14 @@ def write_prisms(  # pragma: no cover
                 poly_normal[face, 2] = nz / length
 
 
-@compiled("i8 i8 i4[:,:] i4[:] f8[:,:] f8[:,:] f8 f8[:,:]")
-def refit_boxes(start, number, child, geom, geom_pos, aabb, margin, box):  # pragma: no cover
+@compiled("i8 i8 i4[:,:] i4[:] f8[:,:] f8[:,:] f8 f8[:,:] f8[:,:]")
+def refit_boxes(start, number, child, geom, geom_pos, aabb, margin, least, box):  # pragma: no cover
     """Update the boxes of a body's tree of geoms, whose children come after their parents.
 
     The body's inertial frame is its own frame, and its slots have its axes; other geoms keep their boxes.
     geom: (n,) geom of each node, -1 for inner nodes and geoms that keep their boxes (which are leaves).
-    margin: enlargement of the boxes of slots (m).
+    margin: enlargement of the boxes of slots (m). least: (2, 3) lower and upper corner that the body's box
+    encloses in any case (m).
     """
     for node in range(start + number - 1, start - 1, -1):
         one, two = child[node, 0], child[node, 1]
@@ -198,6 +199,10 @@ def refit_boxes(start, number, child, geom, geom_pos, aabb, margin, box):  # pra
                 low = min(box[first, i] - box[first, 3 + i], box[second, i] - box[second, 3 + i])
                 high = max(box[first, i] + box[first, 3 + i], box[second, i] + box[second, 3 + i])
                 box[node, i], box[node, 3 + i] = 0.5 * (low + high), 0.5 * (high - low)
+    for i in range(3 if number > 0 else 0):
+        low = min(box[start, i] - box[start, 3 + i], least[0, i])
+        high = max(box[start, i] + box[start, 3 + i], least[1, i])
+        box[start, i], box[start, 3 + i] = 0.5 * (low + high), 0.5 * (high - low)
 
 
 @compiled("i4[:] i4[:] f8[:,:] f8[:,:,:] u1[:,:] f8[:] f8[:] i4[:,:] f8[:,:] f8[:]")

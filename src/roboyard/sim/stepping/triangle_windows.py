@@ -108,6 +108,12 @@ class _Located:
             (model.geom_bodyid != self._row) & (model.geom_type != int(mujoco.mjtGeom.mjGEOM_PLANE))
         )
         self._boxes = self._boxes_of_slots(model)
+        self._least = np.array([[np.inf] * 3, [-np.inf] * 3])
+        """(2, 3) box (m) that rays look at before the body's geoms."""
+        if world.shows_triangles:
+            trees = [each.tree for each in record.windows]
+            self._least[0] = np.min([tree.lower[0] for tree in trees], axis=0)
+            self._least[1] = np.max([tree.upper[0] for tree in trees], axis=0)
         model.geom_quat[self.geoms] = (1.0, 0.0, 0.0, 0.0)
         model.geom_sameframe[self.geoms] = int(mujoco.mjtSameFrame.mjSAMEFRAME_NONE)
         self._assign(model, np.arange(len(self.geoms), dtype=np.int32), len(self.geoms))
@@ -185,6 +191,7 @@ class _Located:
             model.geom_pos,
             model.geom_aabb,
             LOOKAHEAD,
+            self._least,
             model.bvh_aabb,
         )
 
