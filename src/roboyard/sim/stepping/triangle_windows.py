@@ -65,6 +65,8 @@ class TriangleWindows:
 
     def correct_contacts(self, data: Any) -> None:
         """Correct the distances of contacts on the velocity level, before they become constraints."""
+        if not data.ncon:
+            return
         contact = data.contact
         for located in self._located:
             located.correct(contact.geom, contact.frame, contact.dist)
