@@ -162,3 +162,63 @@ def test_anchors_pull_creeping_contacts_back(
         if step in (79, 239):
             places.append(p.getBasePositionAndOrientation(ball)[0][:2])
     np.testing.assert_allclose(places, wanted, atol=3e-6)
+
+
+HINGED = """<robot name="arm"><link name="base"/><link name="turn">{mass}{turn}</link>
+<link name="rod">{mass}{rod}</link>
+<joint name="turn" type="revolute"><parent link="base"/><child link="turn"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="9" velocity="9"/></joint>
+<joint name="rod" type="{kind}"><parent link="turn"/><child link="rod"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="0" velocity="9"/></joint></robot>"""
+MASS = """<inertial><origin xyz="0.5 0 0"/><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>"""
+BEAM = '<collision><origin xyz="0.5 0 0"/><geometry><box size="1 0.2 0.2"/></geometry></collision>'
+
+
+@pytest.mark.parametrize(
+    ("kind", "shape_on", "target", "angle"),
+    [
+        ("fixed", "turn", "floor", 0.203),
+        ("fixed", "rod", "floor", 1.814),  # through it
+        ("fixed", "rod", "arm", 1.814),
+        ("fixed", "rod", "box", 0.111),
+        ("revolute", "rod", "floor", 1.181),
+    ],
+)
+def test_what_is_fixed_to_the_first_link_of_a_fixed_body_passes_through_fixed_things(
+    client: int, tmp_path: Path, kind: str, shape_on: str, target: str, angle: float
+) -> None:
+    """Bullet takes such a link for static: it looks at all joints up to the base but the first."""
+    shapes = {"turn": "", "rod": "", shape_on: BEAM}
+    (tmp_path / "arm.urdf").write_text(HINGED.format(kind=kind, mass=MASS, **shapes))
+    p.setGravity(0, 0, -9.8)
+    arm = p.loadURDF(str(tmp_path / "arm.urdf"), [0, 0, 0.3], useFixedBase=True)
+    other = p.loadURDF(str(tmp_path / "arm.urdf"), [0, 0, -0.1], useFixedBase=True) if target == "arm" else -1
+    for body in (arm, other):
+        for joint in range(2 if body >= 0 else 0):
+            p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, force=0 if body == arm else 1e4)
+    wide = p.createCollisionShape(p.GEOM_BOX, halfExtents=[2, 2, 0.5])
+    if target == "floor":
+        p.createMultiBody(0, wide, basePosition=[0, 0, -0.5])
+    elif target == "box":
+        slab = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.3, 0.3, 0.05])
+        p.createMultiBody(1e4, slab, basePosition=[0.6, 0, 0.05])
+        p.createMultiBody(0, wide, basePosition=[0, 0, -0.501])
+    for _ in range(120):
+        p.stepSimulation()
+    assert p.getJointState(arm, 0)[0] == pytest.approx(angle, abs=3e-3)
+
+
+def test_links_taken_for_static_collide_with_a_body_of_a_former_id(client: int, tmp_path: Path) -> None:
+    """Removing a fixed body forgets that it was passed through."""
+    (tmp_path / "arm.urdf").write_text(HINGED.format(kind="fixed", mass=MASS, turn="", rod=BEAM))
+    p.loadURDF(str(tmp_path / "arm.urdf"), [0, 0, 0.3], useFixedBase=True)
+    floor = _ground()
+    p.stepSimulation()
+    p.removeBody(floor)
+    ball = p.createMultiBody(
+        1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), basePosition=[0.5, 0, 0.49]
+    )
+    p.setGravity(0, 0, 0)
+    p.stepSimulation()
+    assert len(p.getContactPoints(ball)) == 1

@@ -38,3 +38,48 @@ def test_a_joint_far_beyond_its_limit_is_not_pulled_back(
         p.stepSimulation()
         found.append(p.getJointState(rod, 0)[:2])
     np.testing.assert_allclose(found, after, atol=2e-4)
+
+
+AXLE = """<robot name="axle"><link name="base"/><link name="axle"><inertial><mass value="1"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+<joint name="axle" type="{kind}"><parent link="base"/><child link="axle"/><axis xyz="1 0 0"/>
+<limit lower="{lower}" upper="{upper}" effort="204" velocity="2"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "lower", "upper", "start", "way", "after"),
+    [
+        ("prismatic", -1.0, 0.0, 0.0, 1, [0.0, 0.0, 0.0]),
+        ("prismatic", 0.0, 1.0, 0.0, -1, [0.0, 0.0, 0.0]),
+        ("prismatic", -1.0, 0.5, 0.5, 1, [0.5, 0.5, 0.5]),
+        ("prismatic", 0.0, 0.0, 0.0, 1, [0.0, 0.0, 0.0]),
+        ("prismatic", -1.0, 0.001, 0.0, 1, [0.05208, 0.05208, 0.05208]),
+        ("prismatic", -1.0, 0.0, -1e-9, 1, [0.05208, 0.05208, 0.05208]),
+        ("revolute", -1.0, 0.0, 0.0, 1, [0.0, 0.0, 0.0]),
+        ("revolute", -1.0, 0.5, 0.5, 1, [0.5, 0.5, 0.5]),
+        ("revolute", 0.3, 0.3, 0.3, -1, [0.3, 0.3, 0.3]),
+    ],
+)
+def test_a_joint_that_starts_at_its_limit_does_not_pass_it(
+    client: int,
+    tmp_path: Path,
+    kind: str,
+    lower: float,
+    upper: float,
+    start: float,
+    way: int,
+    after: list[float],
+) -> None:
+    (tmp_path / "axle.urdf").write_text(AXLE.format(kind=kind, lower=lower, upper=upper))
+    axle = p.loadURDF(str(tmp_path / "axle.urdf"), useFixedBase=True)
+    p.setJointMotorControl2(axle, 0, p.VELOCITY_CONTROL, force=0)
+    p.resetJointState(axle, 0, start)
+    found = []
+    for _ in after:
+        p.applyExternalForce(axle, 0, [way * 3000, 0, 0], [0, 0, 0], p.WORLD_FRAME)
+        if kind == "revolute":
+            p.applyExternalTorque(axle, 0, [way * 3000, 0, 0], p.WORLD_FRAME)
+        p.stepSimulation()
+        found.append(p.getJointState(axle, 0)[0])
+    np.testing.assert_allclose(found, after, atol=2e-5)

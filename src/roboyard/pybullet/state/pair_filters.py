@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from roboyard.pybullet.bullet_rules.models import BodyModel
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.sim.link import Link
     from roboyard.sim.world import World
@@ -30,7 +31,9 @@ class PairFilters:
         self._self_colliding: set[int] = set()
         """Bodies whose own links may touch one another."""
         self._never: set[tuple[Place, Place]] = set()
-        """Pairs of links of one body that no filter lets collide."""
+        """Pairs of links that no filter lets collide."""
+        self._taken_for_static: set[Place] = set()
+        """Moving links that Bullet takes for parts of a fixed base."""
 
     def group_of(self, body: int, link: int) -> int:
         """Return the filter group of a link: the script's, else 2 for a fixed base and 1 for other links."""
@@ -71,6 +74,7 @@ class PairFilters:
             self._self_colliding.add(record.number)
             if excludes_ancestors:
                 self._exclude_ancestors(record)
+        self._exclude_static(record)
         for place in self._groups:
             self._apply_to(place, record)
 
@@ -86,9 +90,26 @@ class PairFilters:
                     break
                 above = links[above + 1].parent
 
+    def _exclude_static(self, record: BodyRecord) -> None:
+        """Let links that Bullet takes for static pass through each other, and through fixed bases."""
+        number = record.number
+        new = [(number, link) for link in taken_for_static(record.model)]
+        self._taken_for_static.update(new)
+        if not self._taken_for_static:
+            return
+        bases = [(body, -1) for body in self._bodies if self._is_static(body, -1)]
+        ours = [*new, (number, -1)] if self._is_static(number, -1) else new
+        for one in ours:
+            others = [*bases, *self._taken_for_static] if one in new else self._taken_for_static
+            for other in others:
+                if one != other and (one[0] != other[0] or number in self._self_colliding):
+                    self._never.add((min(one, other), max(one, other)))
+                    self._set(one, other, False)
+
     def remove_body(self, body: int) -> None:
         """Drop the filters of a body that was removed."""
-        self._never = {pair for pair in self._never if pair[0][0] != body}
+        self._never = {pair for pair in self._never if body not in (pair[0][0], pair[1][0])}
+        self._taken_for_static = {place for place in self._taken_for_static if place[0] != body}
         self._self_colliding.discard(body)
         self._groups = {place: given for place, given in self._groups.items() if place[0] != body}
         self._pairs = {pair: on for pair, on in self._pairs.items() if body not in (pair[0][0], pair[1][0])}
@@ -123,3 +144,26 @@ class PairFilters:
     def _link(self, body: int, link: int) -> Link | None:
         record = self._bodies.get(body)
         return None if record is None else record.link(link)
+
+
+def taken_for_static(model: BodyModel) -> list[int]:
+    """Return the moving links with shapes that Bullet takes for static, and so solves no contacts of.
+
+    On a fixed base, Bullet looks whether all joints between a link and the base are fixed, but not at that of
+    link 0: what is fixed to link 0 counts as static, although it moves with it.
+
+    Source:
+        Bullet, URDF2Bullet.cpp, ConvertURDF2BulletInternal.
+    """
+    links = model.links
+    if not model.fixed_base or len(links) < 2 or links[1].joint is None or links[1].joint.type == "fixed":
+        return []
+    found: set[int] = set()
+    for link, part in enumerate(links[2:], start=1):
+        if (
+            part.joint is not None
+            and part.joint.type == "fixed"
+            and (part.parent == 0 or part.parent in found)
+        ):
+            found.add(link)
+    return [link for link in sorted(found) if links[link + 1].collisions]

@@ -18,6 +18,8 @@ LIMIT_INFINITE = 1e6
 """Range (rad or m) from which a joint has no limit."""
 LOCKED_HALF_RANGE = 1e-9
 """Half range (rad or m) of a joint whose lower limit equals its upper one."""
+AT_LIMIT = 1e-12
+"""Distance (rad or m) from a rigid limit at which it holds a joint, so that one that starts there stays."""
 PID_ALL_INPUTS = 7
 RIGID = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 NO_EFFORT_LIMIT = 1e9
@@ -47,6 +49,9 @@ def add_joint(
         _set_limits(element, joint, options.scale)
         element.solref_limit = (1e-3, 1.0) if options.hard else CONTACT_SOLREF
         element.solimp_limit = RIGID if options.hard else LIMIT_SOLIMP
+        if options.hard:
+            is_locked = np.ptp(element.range) < 3 * LOCKED_HALF_RANGE
+            element.margin = 2 * LOCKED_HALF_RANGE if is_locked else AT_LIMIT
         record.joint_elements = (element,)
         built.dofs += 1
         if options.drives and joint.mimic is None:
