@@ -5,6 +5,12 @@ from __future__ import annotations
 import math
 
 from roboyard.native import compiled
+from roboyard.pybullet.bullet_rules.hull_margins import MARGIN
+
+SPHERE, CAPSULE, CYLINDER, BOX = 2, 3, 5, 6
+"""MuJoCo's kinds of shapes that have a core."""
+SMALLEST = 1e-9
+"""Distance from a shape's core that has no direction (m)."""
 
 
 @compiled("f8[:,:] f8[:,:] f8[:,:] i4[:] i4[:,:] f8[:] f8 f8[:] f8[:,:] -> i8")
@@ -37,3 +43,68 @@ def enter_shapes(
         positions[i, 1] = starts[i, 1] + fractions[i] * y
         positions[i, 2] = starts[i, 2] + fractions[i] * z
     return leaving
+
+
+@compiled("f8[:,:] f8[:,:] i4[:] i4[:] f8[:,:] f8[:] f8[:] f8[:,:] f8[:,:] i4[:] f8[:,:] -> i8")
+def start_within(
+    starts, ways, geoms, kinds, sizes, radii, margins, places, turns, found, normals
+):  # pragma: no cover
+    """Find the rays that start in a shape's margin and head inwards; return how many.
+
+    Bullet's margin reaches from the core of a shape, the middle of a sphere, the axis of a capsule or a
+    slightly smaller box or cylinder, to 1 mm outside. Beside edges of boxes and cylinders there is none.
+
+    starts, ways: (k, 3) (m). geoms: rows of the shapes; the last one is found. kinds: (ngeom,) of MuJoCo.
+    sizes: (ngeom, 3) (m). radii: (ngeom,) of bounding spheres (m). margins: (ngeom,) by which Bullet's shape
+    is larger (m). places, turns: (ngeom, 3) and (ngeom, 9). found: (k,) the shape, or -1. normals: (k, 3)
+    filled in, outwards.
+    """
+    count = 0
+    for i in range(len(starts)):
+        found[i] = -1
+        for j in range(len(geoms)):
+            g = geoms[j]
+            x, y, z = starts[i, 0] - places[g, 0], starts[i, 1] - places[g, 1], starts[i, 2] - places[g, 2]
+            if x * x + y * y + z * z > (radii[g] + 2.0 * MARGIN) ** 2:
+                continue
+            lx = turns[g, 0] * x + turns[g, 3] * y + turns[g, 6] * z
+            ly = turns[g, 1] * x + turns[g, 4] * y + turns[g, 7] * z
+            lz = turns[g, 2] * x + turns[g, 5] * y + turns[g, 8] * z
+            inner = MARGIN - margins[g]
+            outer = 2.0 * MARGIN
+            nx, ny, nz = 0.0, 0.0, 0.0
+            if kinds[g] == SPHERE or kinds[g] == CAPSULE:
+                half = sizes[g, 1] if kinds[g] == CAPSULE else 0.0
+                nx, ny, nz = lx, ly, lz - min(max(lz, -half), half)
+                outer = sizes[g, 0] + MARGIN
+            elif kinds[g] == BOX:
+                ex = abs(lx) - sizes[g, 0] + inner
+                ey = abs(ly) - sizes[g, 1] + inner
+                ez = abs(lz) - sizes[g, 2] + inner
+                if ex > 0.0 and ey <= 0.0 and ez <= 0.0:
+                    nx = math.copysign(ex, lx)
+                elif ey > 0.0 and ex <= 0.0 and ez <= 0.0:
+                    ny = math.copysign(ey, ly)
+                elif ez > 0.0 and ex <= 0.0 and ey <= 0.0:
+                    nz = math.copysign(ez, lz)
+            else:
+                across = math.sqrt(lx * lx + ly * ly)
+                beyond = across - sizes[g, 0] + inner
+                ez = abs(lz) - sizes[g, 1] + inner
+                if beyond > 0.0 and ez <= 0.0:
+                    nx, ny = lx * beyond / across, ly * beyond / across
+                elif ez > 0.0 and beyond <= 0.0:
+                    nz = math.copysign(ez, lz)
+            distance = math.sqrt(nx * nx + ny * ny + nz * nz)
+            if distance < SMALLEST or distance > outer:
+                continue
+            nx, ny, nz = nx / distance, ny / distance, nz / distance
+            x = turns[g, 0] * nx + turns[g, 1] * ny + turns[g, 2] * nz
+            y = turns[g, 3] * nx + turns[g, 4] * ny + turns[g, 5] * nz
+            z = turns[g, 6] * nx + turns[g, 7] * ny + turns[g, 8] * nz
+            if x * ways[i, 0] + y * ways[i, 1] + z * ways[i, 2] <= 0.0:
+                found[i] = g
+                normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
+        if found[i] >= 0:
+            count += 1
+    return count
