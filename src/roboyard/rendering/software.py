@@ -13,7 +13,7 @@ from roboyard.rendering.camera import Camera
 from roboyard.rendering.compile_notice import announce
 from roboyard.rendering.image import Image
 from roboyard.rendering.kernels import lines as line_kernels
-from roboyard.rendering.kernels import raster, shade
+from roboyard.rendering.kernels import raster, runs, shade
 from roboyard.rendering.kernels.arrays import Background, Instances, Meshes, Sunlight, View
 from roboyard.rendering.kernels.textures import sample_textures
 from roboyard.rendering.light import Light
@@ -224,7 +224,7 @@ def _color(
     instances = Instances(frame.to_world, to_local, arrays.materials, arrays.links)
     meshes = Meshes(arrays.faces, arrays.vertices, arrays.normals, arrays.colors)
     behind = Background(backdrop, np.array(fade or (np.inf, np.inf)))
-    rgba = np.empty((width * height, 4), dtype=np.uint8)
+    rgba = np.empty(width * height, dtype=np.uint32)
     layered = surface[0] is not seen
     front = np.zeros((width * height if layered else 1, 4), dtype=np.float32)
 
@@ -239,7 +239,10 @@ def _color(
                 frame.to_world, to_local, arrays.links, arrays.faces, arrays.vertices, arrays.uv,
                 arrays.texels, arrays.texture_table, words,
             )  # fmt: skip
-        shade.shade(codes, near, view, instances, meshes, words, sun, behind, front, layered, final, rgba)
+        shade.shade(
+            codes, near, 0, height, view, instances, meshes, words, sun, behind, front, layered, final,
+            buffer("shades", (runs.WORK,), np.float32), rgba,
+        )  # fmt: skip
 
     if layered:
         limit = np.full(nearness.shape, np.inf, dtype=np.float32)
@@ -251,6 +254,7 @@ def _color(
             # pixels without such a layer have no more transparent surfaces in front of their opaque one
             limit = near
     paint(seen, nearness, True)
+    rgba = rgba.view(np.uint8).reshape(-1, 4)
     if lines is not None and len(lines.start):
         line_kernels.draw_lines(
             *lines_as_arrays(lines, line_scale), frame.pixels, frame.perspective, frame.near,

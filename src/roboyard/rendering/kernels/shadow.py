@@ -12,13 +12,13 @@ TILE = 1 << TILE_BITS
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, inline="always")
-def sunlight(shadow, tiles, size, m, x, y, z):
-    """Return the fraction of the sun that reaches a point: a 3 by 3 texel tent filter; 1 outside the map."""
-    column = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3] - 0.5
-    row = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3] - 0.5
+def sunlight(shadow, tiles, size, column, row, q):
+    """Return the fraction of the sun that reaches a point: a 3 by 3 texel tent filter; 1 outside the map.
+
+    Column and row are 0 at the middle of the map's first texel; q is the point's nearness to the sun.
+    """
     if not (column >= 1.0 and column < size - 2.0 and row >= 1.0 and row < size - 2.0):
         return 1.0
-    q = -(m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3])
     left, top = np.int64(column), np.int64(row)
     if tiles[(top >> TILE_BITS) * (size >> TILE_BITS) + (left >> TILE_BITS)] <= q:
         return 1.0
