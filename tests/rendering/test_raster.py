@@ -54,10 +54,12 @@ def draw(triangles, q_far=0.0, cull=0):
     box = np.array([[vertices.min(axis=0), vertices.max(axis=0)]], dtype=float)
     seen = np.full(WIDTH * HEIGHT, -1, dtype=np.int64)
     nearness = np.full(WIDTH * HEIGHT, q_far, dtype=np.float32)
+    count = len(vertices)
     raster.draw_meshes(
-        draws, matrix, box, vertices, faces, False, -1e9, 1e9, raster.RECORD, np.zeros(1, dtype=np.float32),
-        nearness, seen, WIDTH, HEIGHT,
-        np.empty((len(vertices), 3), dtype=np.float32), np.empty(len(vertices), dtype=np.int64),
+        draws, matrix, box, np.ascontiguousarray(vertices.T), faces, False, -1e9, 1e9, raster.RECORD,
+        np.zeros(1, dtype=np.float32), nearness, seen, WIDTH, HEIGHT, np.empty(count, dtype=np.int32),
+        np.empty((2, count), dtype=np.int32), np.empty(count, dtype=np.float32),
+        np.empty(raster.WHOLE, dtype=np.int32), np.empty(raster.SINGLE, dtype=np.float32),
     )  # fmt: skip
     return seen.reshape(HEIGHT, WIDTH), nearness.reshape(HEIGHT, WIDTH)
 
@@ -76,6 +78,22 @@ def test_random_triangles_match_the_plain_rasteriser(seed, grid):
     seen, nearness = draw(triangles)
     expected, expected_nearness = plain_raster(triangles, 0.0)
     assert np.array_equal(seen, expected)
+    assert nearness == pytest.approx(expected_nearness, abs=2e-6)
+
+
+def test_corners_far_outside_the_picture():
+    """Beyond 2**20 pixels corners are not stored in whole steps; one triangle has only such corners."""
+    far = 3.0e6
+    triangles = np.array([
+        [(-far, -far, 1), (far, -far, 1), (0, far, 1)],
+        [(4, 3, 2), (far, 9, 2), (5, 15, 2)],
+        [(-far, -far, 3), (-far, far, 3), (9, 8, 3)],
+        [(far, far, 4), (far + 8, far, 4), (far, far + 8, 4)],
+    ])  # fmt: skip
+    seen, nearness = draw(triangles)
+    expected, expected_nearness = plain_raster(triangles, 0.0)
+    assert np.array_equal(seen, expected)
+    assert set(seen.ravel()) == {0, 1, 2}
     assert nearness == pytest.approx(expected_nearness, abs=2e-6)
 
 

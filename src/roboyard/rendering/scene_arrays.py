@@ -26,6 +26,8 @@ class SceneArrays:
     """Revision of the scene."""
     vertices: NDArray[np.float32]
     """(k, 3) in the mesh frame."""
+    axes: NDArray[np.float32]
+    """(3, k) the same, axis by axis."""
     faces: Ints
     """(m, 3) vertex indices inside the face's own mesh."""
     normals: NDArray[np.float32]
@@ -176,9 +178,11 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
     texels, texture_table = textures.pack(table.images)
     meshes = table.meshes
     opaque = np.array(draws.opaque, dtype=np.int32).reshape(-1, 6)
+    vertices = _join([m.vertices for m in meshes], (0, 3), np.float32)
     return SceneArrays(
         revision=revision,
-        vertices=_join([m.vertices for m in meshes], (0, 3), np.float32),
+        vertices=vertices,
+        axes=np.ascontiguousarray(vertices.T),
         faces=_join([m.faces for m in meshes], (0, 3), np.int32),
         normals=_join([m.normals for m in meshes], (0, 3, 3), np.float32),
         uv=_join([m.uv for m in meshes if m.uv is not None], (0, 3, 2), np.float32),

@@ -21,7 +21,7 @@ TEXEL = 1.4
 """Side of a texel over the side of a pixel."""
 SLAB = 0.1
 """Largest thickness over width of a shape that may be a floor."""
-SIZES = (128, 192, 256, 384, 512, 768, 1024, 1536, 2048)
+SIZES = (64, 96, 128, 160, 192, 224, 256, 320, 384, 448, 512, 640, 768, 896, 1024, 1280, 1536, 1792, 2048)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -55,7 +55,7 @@ NO_SHADOW = ShadowMap(
 
 def cast(
     arrays: SceneArrays, to_world: Array, sun: Array, seen: NDArray, nearness: NDArray,
-    width: int, height: int, perspective: bool, rays: tuple[Array, Array], scratch: tuple[NDArray, NDArray],
+    width: int, height: int, perspective: bool, rays: tuple[Array, Array], scratch: tuple[NDArray, ...],
 ) -> ShadowMap:  # fmt: skip
     """Return the shadow map of the surfaces visible in a picture.
 
@@ -69,7 +69,7 @@ def cast(
         height: height of the picture (pixels).
         perspective: whether the camera is perspective.
         rays: (3, 3) origins and (3, 3) directions, as of `kernels.arrays.View`.
-        scratch: (most vertices of a mesh, 3) and (most vertices of a mesh,) scratch arrays.
+        scratch: the scratch arrays of `raster.draw_meshes`.
     """
     if not len(arrays.opaque):
         return NO_SHADOW
@@ -107,7 +107,7 @@ def cast(
     depth = buffer("shadow", (size * size,), np.float32)
     depth.fill(-np.inf)
     raster.draw_meshes(
-        draws, screens, arrays.boxes, arrays.vertices, arrays.faces, False, -np.inf, np.inf,
+        draws, screens, arrays.boxes, arrays.axes, arrays.faces, False, -np.inf, np.inf,
         raster.DEPTH_ONLY, _EMPTY, depth, np.zeros(1, dtype=np.int64), size, size, *scratch,
     )  # fmt: skip
     tiles = buffer("tiles", ((size // kernels.TILE) ** 2,), np.float32)

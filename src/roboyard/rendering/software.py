@@ -52,7 +52,13 @@ class _Frame:
             self.directions[0] = inverse[:, 2]
             self.origins[1:] = inverse[:, 0], inverse[:, 1]
         most = max(arrays.most_vertices, 1)
-        self.scratch = buffer("screen", (most, 3), np.float32), buffer("cell", (most,), np.int64)
+        self.scratch = (
+            buffer("cell", (most,), np.int32),
+            buffer("place", (2, most), np.int32),
+            buffer("q", (most,), np.float32),
+            buffer("whole", (raster.WHOLE,), np.int32),
+            buffer("single", (raster.SINGLE,), np.float32),
+        )
         self.nothing = np.zeros(1, dtype=np.float32)
 
     def visibility(self, name: str) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
@@ -88,7 +94,7 @@ class _Frame:
         won = 0
         if len(draws):
             won += raster.draw_meshes(
-                draws, self.screens, self.arrays.boxes, self.arrays.vertices, self.arrays.faces,
+                draws, self.screens, self.arrays.boxes, self.arrays.axes, self.arrays.faces,
                 self.perspective, self.near, self.far, mode, limit, nearness, seen,
                 self.width, self.height, *self.scratch,
             )  # fmt: skip

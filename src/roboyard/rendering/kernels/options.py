@@ -19,3 +19,10 @@ without_refcounts: Any = njit(**_OPTIONS, **_NO_REFCOUNTS)
 which would cost an atomic operation per array and call."""
 inlined: Any = njit(**_OPTIONS, **_NO_REFCOUNTS, forceinline=True)
 """Like `without_refcounts`, and always inlined: passing groups of arrays would cost 0.2 ms a picture."""
+
+_EXACT: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "_nrt": False}
+
+exact: Any = njit(**_EXACT)
+"""Decorator of a kernel with the rounding of IEEE 754, which creates no array."""
+inlined_exact: Any = njit(**_EXACT, forceinline=True)
+"""Like `exact`, and always inlined."""
