@@ -7,6 +7,7 @@ import pytest
 
 from roboyard import transforms
 from roboyard.rendering import Camera
+from roboyard.rendering.matrices import inverse_3x3
 
 
 def test_look_at_centres_the_target_with_up_upward():
@@ -154,3 +155,9 @@ def test_invalid_arguments_name_the_fault():
 def test_a_fitted_camera_needs_points() -> None:
     with pytest.raises(ValueError, match=r"got \(0, 3\)"):
         Camera.fitted(np.zeros((0, 3)), (1.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_inverse_of_three_by_three_numbers(seed):
+    matrix = np.random.default_rng(seed).normal(size=(3, 3))
+    assert inverse_3x3(matrix) == pytest.approx(np.linalg.inv(matrix), rel=1e-9)

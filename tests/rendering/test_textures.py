@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from roboyard.rendering import UNLIT, Camera
-from roboyard.rendering.kernels.textures import sample_textures
+from roboyard.rendering.kernels.textures import SINGLE, WHOLE, sample_textures
 from roboyard.rendering.textures import pack
 from roboyard.shapes import primitives
 
@@ -99,11 +99,12 @@ def test_invalid_texture_coordinates_read_only_the_texture():
     for bad in (np.nan, np.inf, -np.inf, 1e30, -1e30):
         out = np.zeros(4, dtype=np.uint32)
         sample_textures(
-            np.zeros(4, dtype=np.int64), np.ones(4, dtype=np.float32), 4, 1, True, np.zeros((3, 3)),
+            np.zeros(4, dtype=np.int64), np.ones(4, dtype=np.float32), 0, 1, 4, True, np.zeros((3, 3)),
             np.array([[0.0, 0.0, 1.0], [1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0]]),
             np.eye(3, 4)[None].copy(), np.eye(3)[None].copy(), np.zeros((1, 7), dtype=np.int32),
             np.array([[0, 1, 2]], dtype=np.int32),
             np.array([[-1, -1, 1], [1, -1, 1], [0, 1, 1]], dtype=np.float32),
-            np.full((1, 3, 2), bad, dtype=np.float32), texels, table, out,
+            np.full((1, 3, 2), bad, dtype=np.float32), texels, table, np.empty((3, 6)),
+            np.empty(SINGLE, dtype=np.float32), np.empty(WHOLE, dtype=np.int32), out,
         )  # fmt: skip
         assert set(out.tolist()) - {0}  # written, in any colour

@@ -78,3 +78,15 @@ def check_range(near: float, far: float) -> None:
     """Raise ValueError unless both depths (m) are positive and `near` is below `far`."""
     if not 0.0 < near < far:
         raise ValueError(f"depths must satisfy 0 < near < far, got near {near} and far {far}")
+
+
+def inverse_3x3(matrix: Array) -> Array:
+    """Return the inverse of a (3, 3) matrix that has one, without the threads that LAPACK may start."""
+    (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
+    first, second, third = e * i - f * h, f * g - d * i, d * h - e * g
+    rows = (
+        (first, c * h - b * i, b * f - c * e),
+        (second, a * i - c * g, c * d - a * f),
+        (third, b * g - a * h, a * e - b * d),
+    )
+    return np.array(rows) / (a * first + b * second + c * third)

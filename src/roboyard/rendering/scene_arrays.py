@@ -53,6 +53,8 @@ class SceneArrays:
     """(instances, 2, 3) bounds of the mesh in the mesh frame."""
     opaque: Ints
     """(draws, 6): instance, vertices from, to, faces from, to, side to cull; these also cast shadows."""
+    casters: Ints
+    """Instances in `opaque`, each once."""
     clear: Ints
     """(draws, 6) like `opaque`, transparent."""
     planes: Ints
@@ -195,6 +197,7 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
         shape_inverse=np.asarray(np.linalg.inv(local), dtype=float),
         boxes=boxes,
         opaque=opaque,
+        casters=np.unique(opaque[:, 0]),
         clear=np.array(draws.clear, dtype=np.int32).reshape(-1, 6),
         planes=np.array(draws.planes, dtype=np.int32),
         clear_planes=np.array(draws.clear_planes, dtype=np.int32),

@@ -76,13 +76,14 @@ def cast(
     matrix = np.zeros((3, 4))
     matrix[:, :3] = _axes(*sun.tolist())
     draws = arrays.opaque
-    casters = np.unique(draws[:, 0])
+    casters = arrays.casters
     grounds = _grounds(arrays, casters, to_world, sun)
     if grounds:
-        casters = casters[~np.isin(casters, grounds)]
+        above = np.ones(len(to_world), dtype=bool)
+        above[grounds] = False
+        casters, draws = casters[above[casters]], draws[above[draws[:, 0]]]
         if not len(casters):
             return NO_SHADOW
-        draws = draws[~np.isin(draws[:, 0], grounds)]
     low, high = _bounds_of_boxes(matrix, to_world[casters], arrays.boxes[casters])
     stride = 2 if width * height > 40000 else 1
     visible, count, total, shaded = kernels.lit_bounds(

@@ -13,10 +13,11 @@ from roboyard.rendering.camera import Camera
 from roboyard.rendering.compile_notice import announce
 from roboyard.rendering.image import Image
 from roboyard.rendering.kernels import lines as line_kernels
-from roboyard.rendering.kernels import raster, runs, shade
+from roboyard.rendering.kernels import raster, runs, shade, textures
 from roboyard.rendering.kernels.arrays import Background, Instances, Meshes, Sunlight, View
 from roboyard.rendering.kernels.textures import sample_textures
 from roboyard.rendering.light import Light
+from roboyard.rendering.matrices import inverse_3x3
 from roboyard.rendering.scene import DebugLines, RenderScene, lines_as_arrays
 from roboyard.rendering.scene_arrays import SceneArrays, recolored, scene_arrays
 
@@ -43,7 +44,7 @@ class _Frame:
         self.pixels = pixels
         self.screens = pixels[None, :, :3] @ to_world
         self.screens[:, :, 3] += pixels[:, 3]
-        inverse = np.linalg.inv(pixels[:, :3])
+        inverse = inverse_3x3(pixels[:, :3])
         self.origins, self.directions = np.zeros((3, 3)), np.zeros((3, 3))
         self.origins[0] = -inverse @ pixels[:, 3]
         if self.perspective:
@@ -241,9 +242,11 @@ def _color(
         if textured:
             announce(sample_textures)
             sample_textures(
-                codes, near, width, height, frame.perspective, frame.origins, frame.directions,
+                codes, near, 0, height, width, frame.perspective, frame.origins, frame.directions,
                 frame.to_world, to_local, arrays.links, arrays.faces, arrays.vertices, arrays.uv,
-                arrays.texels, arrays.texture_table, words,
+                arrays.texels, arrays.texture_table, buffer("laid", (3, 6), np.float64),
+                buffer("texture-single", (textures.SINGLE,), np.float32),
+                buffer("texture-whole", (textures.WHOLE,), np.int32), words,
             )  # fmt: skip
         shade.shade(
             codes, near, 0, height, view, instances, meshes, words, sun, behind, front, layered, final,

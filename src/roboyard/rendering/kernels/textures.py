@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from roboyard.rendering.kernels.options import compiled, inlined
+from roboyard.rendering.kernels.options import compiled, inlined, without_refcounts
 from roboyard.rendering.kernels.raster import PLANE
 
-LANES = np.uint64(0x00FF00FF00FF00FF)
-"""The bytes of a colour in 16 bits each, so that one product weights all four."""
-ROUND = np.uint64(0x0080008000800080)
-EIGHT, SPREAD, FULL = np.uint64(8), np.uint64(24), np.uint64(256)
+F, I, U = np.float32, np.uint64, np.uint32
+LANES, ROUND = U(0x00FF00FF), U(0x00800080)
+"""Every other byte of a colour, in 16 bits each, so that one product weights two."""
+EIGHT, FULL = U(8), U(256)
+ONE, QUARTER, MIDDLE, WIDEST = F(1.0), F(0.25), F(128.0), F(1e6)
+
+RUN = 256
+"""Most pixels sampled at a time: their arrays stay in the processor's first cache."""
+DEPTH, TURN, RIGHT, DOWN, SIDE = (I(RUN * k) for k in range(5))
+SINGLE = 5 * RUN
+LEVEL, PART, EVEN, ODD, EVEN_2, ODD_2, C00, C10, C01, C11, WEIGHT_X, WEIGHT_Y = (
+    I(RUN * k) for k in range(12)
+)
+WHOLE = 12 * RUN
+"""Places of a run's arrays in one array of single precision, and in one of whole numbers."""
 
 
 @compiled
@@ -68,18 +77,19 @@ def texture_gradients(
     out[2, 0], out[2, 1] = column * scale, row * scale
 
 
-@compiled
+@without_refcounts
 def sample_textures(
-    seen, nearness, width, height, perspective, origins, directions, to_world, to_local, links,
-    faces, vertices, uvs, texels, textures, out,
+    seen, nearness, first_row, end_row, width, perspective, origins, directions, to_world, to_local, links,
+    faces, vertices, uvs, texels, textures, laid, single, whole, out,
 ):  # fmt: skip
     """Write the texture colour of each textured pixel to `out` (pixels,) uint32, red in the low byte.
 
     Args:
         seen: (pixels,) instance << 32 | face of each pixel; -1: none.
         nearness: (pixels,) nearness of the surface, see `raster`.
+        first_row: first row to sample.
+        end_row: last row to sample + 1.
         width: columns of the picture.
-        height: rows of the picture.
         perspective: whether nearness is 1 / depth; otherwise it is -depth.
         origins: (3, 3) ray origins, see `View`.
         directions: (3, 3) ray directions, see `View`.
@@ -91,20 +101,23 @@ def sample_textures(
         uvs: (t, 3, 2) texture coordinates of the corners of textured meshes' faces.
         texels: packed colours of all levels of all textures.
         textures: (textures, levels, 3) first texel, columns and rows of each level.
+        laid: (3, 6) float64 scratch.
+        single: (SINGLE,) float32 scratch.
+        whole: (WHOLE,) int32 scratch.
         out: written.
     """
-    laid, last = np.empty((3, 6)), np.int64(-1)
-    us, vs, roots = np.empty(width), np.empty(width), np.empty(width)
-    row, column = np.int64(0), np.int64(0)
-    while row < height:
+    last = np.int64(-1)
+    row, column = np.int64(first_row), np.int64(0)
+    while row < end_row:
         # one stretch of a row that shows one triangle after another
-        p = row * width + column
-        code = seen[p]
+        line = row * width
+        code = seen[I(line + column)]
         first = column
         column += 1
-        while column < width and seen[row * width + column] == code:
+        most = min(first + RUN, width)
+        while column < most and seen[I(line + column)] == code:
             column += 1
-        end, line, y = column, row * width, row + 0.5
+        end, y = column, row + 0.5
         if column == width:
             row, column = row + 1, np.int64(0)
         if code < 0:
@@ -123,81 +136,140 @@ def sample_textures(
                 vertex + faces[face, 1], vertex + faces[face, 2], to_world, to_local,
                 instance, origins, directions, perspective,
             )  # fmt: skip
-        which = np.uint64(texture)
-        wide, high = np.float64(textures[texture, 0, 1]), np.float64(textures[texture, 0, 2])
-        # texture coordinates and the footprint's side in texels of the full picture
-        bu, bv = laid[0, 0] + laid[0, 2] * y, laid[1, 0] + laid[1, 2] * y
-        gu, gv = laid[0, 3] + laid[0, 5] * y, laid[1, 3] + laid[1, 5] * y
-        bu1, bv1, gu1, gv1, z1 = laid[0, 1], laid[1, 1], laid[0, 4], laid[1, 4], laid[2, 0]
-        bu2, bv2, gu2, gv2, z2 = laid[0, 2], laid[1, 2], laid[0, 5], laid[1, 5], laid[2, 1]
-        for k in range(first, end):
-            x = k + 0.5
-            q = np.float64(nearness[line + k])
-            depth = 1.0 / q if perspective else -q
-            turn = -depth * depth if perspective else 1.0
-            slope_u, slope_v = gu + gu1 * x, gv + gv1 * x
-            u, v = bu + bu1 * x + depth * slope_u, bv + bv1 * x + depth * slope_v
-            us[k], vs[k] = u - np.floor(u), np.ceil(v) - v
-            du = wide * (bu1 + depth * gu1 + turn * z1 * slope_u)
-            dv = high * (bv1 + depth * gv1 + turn * z1 * slope_v)
-            across = du * du + dv * dv
-            du = wide * (bu2 + depth * gu2 + turn * z2 * slope_u)
-            dv = high * (bv2 + depth * gv2 + turn * z2 * slope_v)
-            down = du * du + dv * dv
-            # a slanted view may use up to one level more than its longer side allows
-            roots[k] = math.sqrt(max(math.sqrt(across * down), 0.25 * max(across, down)))
-        for k in range(first, end):
-            i = np.uint64(k)
-            out[np.uint64(line + k)] = filtered_texel(texels, textures, which, us[i], vs[i], roots[i])
+        p, count = I(line + first), I(end - first)
+        lay_coordinates(
+            single, nearness, p, count, first + 0.5, y, laid, perspective, textures[texture, 0, 1],
+            textures[texture, 0, 2],
+        )  # fmt: skip
+        choose_levels(single, whole, count, np.int32(textures.shape[1] - 2))
+        k = I(0)
+        while k < count:
+            # one stretch within a level, or between two of them
+            start, level, is_mixed = k, whole[LEVEL + k], whole[PART + k] > 0
+            k += I(1)
+            while k < count and whole[LEVEL + k] == level and (whole[PART + k] > 0) == is_mixed:
+                k += I(1)
+            sample_level(single, whole, start, k, texels, textures, texture, level)
+            if is_mixed:
+                for i in range(start, k):
+                    whole[EVEN_2 + i], whole[ODD_2 + i] = whole[EVEN + i], whole[ODD + i]
+                sample_level(single, whole, start, k, texels, textures, texture, level + 1)
+                for i in range(start, k):
+                    part = U(whole[PART + i])
+                    share = U(FULL - part)
+                    even = U(share * U(whole[EVEN_2 + i]) + part * U(whole[EVEN + i]) + ROUND)
+                    odd = U(share * U(whole[ODD_2 + i]) + part * U(whole[ODD + i]) + ROUND)
+                    whole[EVEN + i], whole[ODD + i] = U(even >> EIGHT) & LANES, U(odd >> EIGHT) & LANES
+            for i in range(start, k):
+                out[p + i] = U(whole[EVEN + i]) | U(U(whole[ODD + i]) << EIGHT)
 
 
 @inlined
-def filtered_texel(texels, textures, texture, u, v, side):
-    """Return the packed RGBA of a texture at (u, v), each from 0 to 1, over a footprint of `side` texels.
+def lay_coordinates(single, nearness, p, count, x, y, laid, perspective, columns, rows):
+    """Write texture coordinates, from 0 to 1 with v downward, and the footprint's side in texels.
 
-    Bilinear in the level whose texels are about as large as the footprint, and blended with the next level
-    over the middle third between them.
+    Args:
+        single: scratch.
+        nearness: (pixels,) nearness of the surface.
+        p: first pixel.
+        count: pixels.
+        x: middle of the first pixel.
+        y: middle of the row.
+        laid: (3, 6) from `texture_gradients`.
+        perspective: whether nearness is 1 / depth; otherwise it is -depth.
+        columns: of the full picture.
+        rows: of the full picture.
     """
-    deepest = textures.shape[1] - 2
-    level = np.int64(0)
-    while side > 2.0 and level < deepest:
-        side *= 0.5
-        level += 1
-    part = np.uint64(min(max(768.0 * side - 1023.5, 0.0), 256.0))
-    share = FULL - part
-    if part == FULL:
-        level += 1
-        share, part = FULL, np.uint64(0)
-    total = ROUND + share * bilinear_texel(texels, textures, texture, np.uint64(level), u, v)
-    if part != 0:
-        total += part * bilinear_texel(texels, textures, texture, np.uint64(level + 1), u, v)
-    total = (total >> EIGHT) & LANES
-    return np.uint32(total | (total >> SPREAD))
+    bu1, bv1, gu1, gv1, z1 = laid[0, 1], laid[1, 1], laid[0, 4], laid[1, 4], laid[2, 0]
+    bu2, bv2, gu2, gv2, z2 = laid[0, 2], laid[1, 2], laid[0, 5], laid[1, 5], laid[2, 1]
+    bu, bv = laid[0, 0] + bu1 * x + bu2 * y, laid[1, 0] + bv1 * x + bv2 * y
+    gu, gv = laid[0, 3] + gu1 * x + gu2 * y, laid[1, 3] + gv1 * x + gv2 * y
+    if perspective:
+        for k in range(count):
+            single[DEPTH + k] = ONE / nearness[p + k]
+            single[TURN + k] = -single[DEPTH + k] * single[DEPTH + k]
+    else:
+        for k in range(count):
+            single[DEPTH + k] = -nearness[p + k]
+            single[TURN + k] = ONE
+    for k in range(count):
+        t, depth = np.float64(np.int32(k)), np.float64(single[DEPTH + k])
+        u, v = bu + bu1 * t + depth * (gu + gu1 * t), bv + bv1 * t + depth * (gv + gv1 * t)
+        single[RIGHT + k], single[DOWN + k] = u - np.floor(u), np.ceil(v) - v
+    # footprints need less precision
+    wide, high = F(columns), F(rows)
+    gu, gv, bu1, gu1, bv1, gv1, z1 = F(gu), F(gv), F(bu1), F(gu1), F(bv1), F(gv1), F(z1)
+    bu2, gu2, bv2, gv2, z2 = F(bu2), F(gu2), F(bv2), F(gv2), F(z2)
+    for k in range(count):
+        t, depth, turn = F(np.int32(k)), single[DEPTH + k], single[TURN + k]
+        slope_u, slope_v = turn * (gu + gu1 * t), turn * (gv + gv1 * t)
+        du, dv = wide * (bu1 + depth * gu1 + z1 * slope_u), high * (bv1 + depth * gv1 + z1 * slope_v)
+        across = du * du + dv * dv
+        du, dv = wide * (bu2 + depth * gu2 + z2 * slope_u), high * (bv2 + depth * gv2 + z2 * slope_v)
+        down = du * du + dv * dv
+        # a slanted view may use up to one level more than its longer side allows
+        square = max(np.sqrt(across) * np.sqrt(down), QUARTER * max(across, down))
+        single[SIDE + k] = min(np.sqrt(square), WIDEST)
 
 
 @inlined
-def bilinear_texel(texels, textures, texture, level, u, v):
-    """Return the bilinear sample of one level of a texture at (u, v), four channels in 16 bits each."""
-    start = np.int64(textures[texture, level, 0])
-    columns, rows = np.int64(textures[texture, level, 1]), np.int64(textures[texture, level, 2])
-    # 256ths of a texel from the centre of the last one
-    fx, fy = np.int64(u * (256.0 * columns) + 128.0), np.int64(v * (256.0 * rows) + 128.0)
-    # all four are within half a texel of the picture: one step around its rim brings them in
-    x1, y1 = fx >> 8, fy >> 8
-    x0 = x1 - 1 if 0 < x1 <= columns else columns - 1
-    y0 = y1 - 1 if 0 < y1 <= rows else rows - 1
-    x1 = x1 if 0 < x1 < columns else 0
-    y1 = y1 if 0 < y1 < rows else 0
-    a, b = start + y0 * columns, start + y1 * columns
-    c00, c10 = np.uint64(texels[np.uint64(a + x0)]), np.uint64(texels[np.uint64(a + x1)])
-    c01, c11 = np.uint64(texels[np.uint64(b + x0)]), np.uint64(texels[np.uint64(b + x1)])
-    if c00 == c10 and c00 == c01 and c00 == c11:
-        return (c00 | (c00 << SPREAD)) & LANES
-    # one product weights all four channels
-    right, below = np.uint64(fx & 255), np.uint64(fy & 255)
-    w11 = (right * below + np.uint64(128)) >> EIGHT
-    w10, w01 = right - w11, below - w11
-    w00 = FULL - right - w01
-    mixed = w00 * ((c00 | (c00 << SPREAD)) & LANES) + w10 * ((c10 | (c10 << SPREAD)) & LANES)
-    mixed += w01 * ((c01 | (c01 << SPREAD)) & LANES) + w11 * ((c11 | (c11 << SPREAD)) & LANES)
-    return ((mixed + ROUND) >> EIGHT) & LANES
+def choose_levels(single, whole, count, deepest):
+    """Write the level of each pixel and how much the next one counts, in 256ths.
+
+    The level is the one whose texels are about as large as the footprint, blended with the next over the
+    middle third between them.
+    """
+    for k in range(count):
+        # the side as a power of two, rounded down, by its bits; 2 and 4 themselves count as below
+        side = single[SIDE + k]
+        level = np.int32(0)
+        for power in range(1, 15):
+            level += np.int32(side > F(1 << power))
+        level = min(level, deepest)
+        whole[LEVEL + k] = level
+    for k in range(count):
+        level = whole[LEVEL + k]
+        side = single[SIDE + k] / F(np.int32(1) << level)
+        part = np.int32(min(max(F(768.0) * side - F(1023.5), F(0.0)), F(256.0)))
+        part = min(max(part, np.int32(0)), np.int32(256))
+        is_next = np.int32(part == 256)
+        whole[LEVEL + k] = level + is_next
+        whole[PART + k] = part - (is_next << np.int32(8))
+
+
+@inlined
+def sample_level(single, whole, start, end, texels, textures, texture, level):
+    """Write the bilinear samples of one level of a texture: the even bytes of a colour, and its odd ones."""
+    base = np.int32(textures[texture, level, 0])
+    columns, rows = np.int32(textures[texture, level, 1]), np.int32(textures[texture, level, 2])
+    wide, high = F(np.int32(256) * columns), F(np.int32(256) * rows)
+    for k in range(start, end):
+        # 256ths of a texel from the centre of the last one
+        fx, fy = np.int32(single[RIGHT + k] * wide + MIDDLE), np.int32(single[DOWN + k] * high + MIDDLE)
+        # all four are within half a texel of the picture: one step around its rim brings them in
+        x1, y1 = np.int32(fx >> np.int32(8)), np.int32(fy >> np.int32(8))
+        x0 = np.int32(x1 - 1 if (x1 > 0) & (x1 <= columns) else columns - 1)
+        y0 = np.int32(y1 - 1 if (y1 > 0) & (y1 <= rows) else rows - 1)
+        x1 = np.int32(x1 if (x1 > 0) & (x1 < columns) else 0)
+        y1 = np.int32(y1 if (y1 > 0) & (y1 < rows) else 0)
+        a, b = np.int32(base + y0 * columns), np.int32(base + y1 * columns)
+        whole[C00 + k], whole[C10 + k] = np.int32(a + x0), np.int32(a + x1)
+        whole[C01 + k], whole[C11 + k] = np.int32(b + x0), np.int32(b + x1)
+        whole[WEIGHT_X + k], whole[WEIGHT_Y + k] = fx & np.int32(255), fy & np.int32(255)
+    for k in range(start, end):
+        whole[C00 + k] = texels[U(whole[C00 + k])]
+        whole[C10 + k] = texels[U(whole[C10 + k])]
+        whole[C01 + k] = texels[U(whole[C01 + k])]
+        whole[C11 + k] = texels[U(whole[C11 + k])]
+    for k in range(start, end):
+        c00, c10, c01, c11 = U(whole[C00 + k]), U(whole[C10 + k]), U(whole[C01 + k]), U(whole[C11 + k])
+        # one product weights two channels
+        right, below = U(whole[WEIGHT_X + k]), U(whole[WEIGHT_Y + k])
+        w11 = U(U(right * below + U(128)) >> EIGHT)
+        w10, w01 = U(right - w11), U(below - w11)
+        w00 = U(FULL - right - w01)
+        even = U((c00 & LANES) * w00 + (c10 & LANES) * w10 + (c01 & LANES) * w01 + (c11 & LANES) * w11)
+        c00, c10, c01, c11 = U(c00 >> EIGHT), U(c10 >> EIGHT), U(c01 >> EIGHT), U(c11 >> EIGHT)
+        odd = U((c00 & LANES) * w00 + (c10 & LANES) * w10 + (c01 & LANES) * w01 + (c11 & LANES) * w11)
+        whole[EVEN + k] = U(U(even + ROUND) >> EIGHT) & LANES
+        whole[ODD + k] = U(U(odd + ROUND) >> EIGHT) & LANES
