@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 
 import numpy as np
@@ -21,3 +22,28 @@ def buffer(name: str, shape: tuple[int, ...], dtype: type[np.generic]) -> NDArra
             cached.clear()
         array = cached[name, shape] = np.empty(shape, dtype=dtype)
     return array
+
+
+def result(name: str, shape: tuple[int, ...], dtype: type[np.generic]) -> NDArray:
+    """Return an array of arbitrary content for the caller to keep.
+
+    It is one that was returned before where nothing else refers to that any more, nor to a view of it: new
+    pages of memory cost more time than the pixels that are written to them. At most KEPT arrays of a name are
+    held, in each thread.
+    """
+    held: dict[str, list[NDArray]] = _local.__dict__.setdefault("held", {})
+    arrays = held.setdefault(name, [])
+    for k in range(len(arrays)):
+        if sys.getrefcount(arrays[k]) == _UNSHARED and arrays[k].shape == shape and arrays[k].dtype == dtype:
+            return arrays[k]
+    if len(arrays) >= KEPT:
+        del arrays[0]
+    arrays.append(np.empty(shape, dtype=dtype))
+    return arrays[-1]
+
+
+KEPT = 2
+"""Most arrays of a name that wait in a thread until nothing refers to them."""
+_probe = [np.empty(0)]
+_UNSHARED = sys.getrefcount(_probe[0])
+"""References to an array that only its list refers to."""

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roboyard import transforms
 from roboyard._records import dataclass
+from roboyard.rendering.buffers import result
 from roboyard.rendering.matrices import check_range, look_at_view, orbit_view, perspective
 
 Array = NDArray[np.float64]
@@ -403,7 +404,7 @@ class Camera:
         if z.dtype != np.float32:
             z = z.astype(float)
         p = self.projection
-        out = np.empty(z.shape, dtype=np.float32)
+        out = result("depth buffer", z.shape, np.float32)
         flat = np.ascontiguousarray(z).reshape(-1)
         to_buffer(flat, p[2, 2], p[2, 3], p[3, 2], p[3, 3], out.reshape(-1))
         return out

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.rendering import shadows
-from roboyard.rendering.buffers import buffer
+from roboyard.rendering.buffers import buffer, result
 from roboyard.rendering.camera import Camera
 from roboyard.rendering.compile_notice import announce
 from roboyard.rendering.image import Image
@@ -177,8 +177,8 @@ def draw(
         even = four[:, 0, :, 0] + four[:, 0, :, 1] + four[:, 1, :, 0] + four[:, 1, :, 1]
         rgba = ((even + 2) >> 2).astype(np.uint8)
         surface = _front(frame, *frame.visibility("opaque"))
-    depth = np.empty(frame.width * frame.height, dtype=np.float32)
-    segmentation = np.empty((frame.width * frame.height, 2), dtype=np.int32)
+    depth = result("depth", (frame.width * frame.height,), np.float32)
+    segmentation = result("segmentation", (frame.width * frame.height, 2), np.int32)
     shade.describe(*surface, arrays.links, frame.perspective, depth, segmentation)
     size = (camera.height, camera.width)
     return Image(
@@ -231,7 +231,7 @@ def _color(
     instances = Instances(frame.to_world, to_local, arrays.materials, arrays.links)
     meshes = Meshes(arrays.faces, arrays.vertices, arrays.normals, arrays.colors)
     behind = Background(backdrop, np.array(fade or (np.inf, np.inf)))
-    rgba = np.empty(width * height, dtype=np.uint32)
+    rgba = result("rgba", (width * height,), np.uint32)
     layered = surface[0] is not seen
     front = np.zeros((width * height if layered else 1, 4), dtype=np.float32)
 

@@ -121,8 +121,9 @@ def _matrices(
 def _ids(scene: PhysicsScene, owners: np.ndarray, flags: int) -> np.ndarray:
     """Return (h, w) int32 ids as scripts know them, from the World's (h, w, 2) owners."""
     from roboyard.pybullet.bullet_rules.image_kernels import segmentation_ids
+    from roboyard.rendering.buffers import result
 
-    out = np.empty(owners.shape[:2], dtype=np.int32)
+    out = result("ids", owners.shape[:2], np.int32)
     if flags & c.ER_NO_SEGMENTATION_MASK:
         out.fill(-1)
         return out
