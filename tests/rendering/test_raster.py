@@ -57,7 +57,7 @@ def draw(triangles, q_far=0.0, cull=0):
     count = len(vertices)
     raster.draw_meshes(
         draws, matrix, box, np.ascontiguousarray(vertices.T), faces, False, -1e9, 1e9, raster.RECORD,
-        np.zeros(1, dtype=np.float32), nearness, seen, WIDTH, HEIGHT, np.empty(count, dtype=np.int32),
+        np.zeros(1, dtype=np.float32), nearness, seen, WIDTH, 0, HEIGHT, np.empty(count, dtype=np.int32),
         np.empty((2, count), dtype=np.int32), np.empty(count, dtype=np.float32),
         np.empty(raster.WHOLE, dtype=np.int32), np.empty(raster.SINGLE, dtype=np.float32),
     )  # fmt: skip

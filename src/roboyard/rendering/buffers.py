@@ -8,6 +8,8 @@ import threading
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard.rendering.kernels import raster
+
 _local = threading.local()
 MOST = 48
 """Most arrays cached in a thread; one more clears the cache."""
@@ -24,8 +26,20 @@ def buffer(name: str, shape: tuple[int, ...], dtype: type[np.generic]) -> NDArra
     return array
 
 
+def scratch(vertices: int) -> tuple[NDArray, ...]:
+    """Return the calling thread's (vertices,) and other scratch arrays for `raster.draw_meshes`."""
+    most = max(vertices, 1)
+    return (
+        buffer("cell", (most,), np.int32),
+        buffer("place", (2, most), np.int32),
+        buffer("q", (most,), np.float32),
+        buffer("whole", (raster.WHOLE,), np.int32),
+        buffer("single", (raster.SINGLE,), np.float32),
+    )
+
+
 def result(name: str, shape: tuple[int, ...], dtype: type[np.generic]) -> NDArray:
-    """Return an array of arbitrary content for the caller to keep.
+    """Return an array of this shape (n, ...) and arbitrary content for the caller to keep.
 
     It is one that was returned before where nothing else refers to that any more, nor to a view of it: new
     pages of memory cost more time than the pixels that are written to them. At most KEPT arrays of a name are

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.rendering.buffers import buffer
+from roboyard.rendering.buffers import buffer, scratch
 from roboyard.rendering.kernels import raster
 from roboyard.rendering.kernels import shadow as kernels
+from roboyard.rendering.parts import in_parts
 from roboyard.rendering.scene_arrays import SceneArrays
 
 Array = NDArray[np.float64]
@@ -55,7 +57,7 @@ NO_SHADOW = ShadowMap(
 
 def cast(
     arrays: SceneArrays, to_world: Array, sun: Array, seen: NDArray, nearness: NDArray,
-    width: int, height: int, perspective: bool, rays: tuple[Array, Array], scratch: tuple[NDArray, ...],
+    width: int, height: int, perspective: bool, rays: tuple[Array, Array], parts: int,
 ) -> ShadowMap:  # fmt: skip
     """Return the shadow map of the surfaces visible in a picture.
 
@@ -69,7 +71,7 @@ def cast(
         height: height of the picture (pixels).
         perspective: whether the camera is perspective.
         rays: (3, 3) origins and (3, 3) directions, as of `kernels.arrays.View`.
-        scratch: the scratch arrays of `raster.draw_meshes`.
+        parts: threads to draw with.
     """
     if not len(arrays.opaque):
         return NO_SHADOW
@@ -105,17 +107,44 @@ def cast(
     matrix[2, 3] = -0.5 * (low[2] + high[2])
     screens = matrix[None, :, :3] @ to_world
     screens[:, :, 3] += matrix[:, 3]
-    depth = buffer("shadow", (size * size,), np.float32)
-    depth.fill(-np.inf)
-    raster.draw_meshes(
-        draws, screens, arrays.boxes, arrays.axes, arrays.faces, False, -np.inf, np.inf,
-        raster.DEPTH_ONLY, _EMPTY, depth, np.zeros(1, dtype=np.int64), size, size, *scratch,
-    )  # fmt: skip
+    shares = enumerate(_split(draws, parts))
+    depth, *others = in_parts(
+        [partial(_draw, arrays, share, screens, size, f"shadow{k}") for k, share in shares]
+    )
+    for other in others:
+        np.maximum(depth, other, out=depth)
     tiles = buffer("tiles", ((size // kernels.TILE) ** 2,), np.float32)
     kernels.nearest_of_tiles(depth, size, tiles)
     return ShadowMap(
         nearness=depth, tiles=tiles, size=size, matrix=matrix, texel=float(texels.max()), shaded=shaded
     )
+
+
+def _draw(arrays: SceneArrays, draws: NDArray, screens: Array, size: int, name: str) -> NDArray[np.float32]:
+    """Return the (size * size,) nearness of some ranges of faces."""
+    depth = buffer(name, (size * size,), np.float32)
+    depth.fill(-np.inf)
+    raster.draw_meshes(
+        draws, screens, arrays.boxes, arrays.axes, arrays.faces, False, -np.inf, np.inf, raster.DEPTH_ONLY,
+        _EMPTY, depth, np.zeros(1, dtype=np.int64), size, 0, size, *scratch(arrays.most_vertices),
+    )  # fmt: skip
+    return depth
+
+
+def _split(draws: NDArray, parts: int) -> list[NDArray]:
+    """Return the (n, 6) ranges of faces in so many parts with about as many faces each."""
+    if parts == 1:
+        return [draws]
+    ends = np.cumsum(draws[:, 4] - draws[:, 3])
+    found = []
+    for k in range(parts):
+        # the faces from `first` to `last` of all
+        first, last = (int(ends[-1]) * j // parts for j in (k, k + 1))
+        part = draws.copy()
+        part[:, 3] = np.maximum(draws[:, 3], draws[:, 4] - ends + first)
+        part[:, 4] = np.minimum(draws[:, 4], draws[:, 4] - ends + last)
+        found.append(part[part[:, 3] < part[:, 4]])
+    return found
 
 
 def _axes(x: float, y: float, z: float) -> tuple[tuple[float, float, float], ...]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from functools import partial
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.rendering import shadows
-from roboyard.rendering.buffers import buffer, result
+from roboyard.rendering.buffers import buffer, result, scratch
 from roboyard.rendering.camera import Camera
 from roboyard.rendering.compile_notice import announce
 from roboyard.rendering.image import Image
@@ -18,11 +21,15 @@ from roboyard.rendering.kernels.arrays import Background, Instances, Meshes, Sun
 from roboyard.rendering.kernels.textures import sample_textures
 from roboyard.rendering.light import Light
 from roboyard.rendering.matrices import inverse_3x3
+from roboyard.rendering.parts import Pace, even_bands, in_parts, part_count
 from roboyard.rendering.scene import DebugLines, RenderScene, lines_as_arrays
 from roboyard.rendering.scene_arrays import SceneArrays, recolored, scene_arrays
 
 Array = NDArray[np.float64]
 
+PACE_KEY = "software pace"
+FACE_COST = 4
+"""Time that a face takes to draw over that of a pixel."""
 MOST_LAYERS = 6
 """Most transparent surfaces blended in a pixel; deeper ones are nearly hidden."""
 
@@ -30,7 +37,7 @@ MOST_LAYERS = 6
 class _Frame:
     """Matrices and buffers of one picture."""
 
-    def __init__(self, arrays: SceneArrays, to_world: Array, camera: Camera) -> None:
+    def __init__(self, arrays: SceneArrays, to_world: Array, camera: Camera, parts: int) -> None:
         self.arrays = arrays
         self.camera = camera
         self.to_world = to_world
@@ -52,24 +59,36 @@ class _Frame:
         else:
             self.directions[0] = inverse[:, 2]
             self.origins[1:] = inverse[:, 0], inverse[:, 1]
-        most = max(arrays.most_vertices, 1)
-        self.scratch = (
-            buffer("cell", (most,), np.int32),
-            buffer("place", (2, most), np.int32),
-            buffer("q", (most,), np.float32),
-            buffer("whole", (raster.WHOLE,), np.int32),
-            buffer("single", (raster.SINGLE,), np.float32),
-        )
         self.nothing = np.zeros(1, dtype=np.float32)
+        self.parts = parts
+        self.bands = self._bands() if parts > 1 else [(0, self.height)]
+
+    def _bands(self) -> list[tuple[int, int]]:
+        """Return ranges of rows that take about the same time to draw: they show as many faces and pixels."""
+        draws = self.arrays.opaque
+        middle = np.append(self.arrays.boxes.mean(axis=1), np.ones((len(self.arrays.boxes), 1)), axis=1)
+        _, rows, depths = np.einsum("nij,nj->in", self.screens, middle)
+        rows = rows / np.where(depths > 0.0, depths, np.inf) if self.perspective else rows
+        rows, faces = rows[draws[:, 0]], draws[:, 4] - draws[:, 3]
+        steps = np.linspace(0.0, self.height, 33)
+        cost = FACE_COST * ((rows[None, :] < steps[:, None]) @ faces) + self.width * steps
+        ends = np.interp(np.linspace(cost[0], cost[-1], self.parts + 1), cost, steps).astype(int).tolist()
+        return list(itertools.pairwise([0, *ends[1:-1], self.height]))
 
     def visibility(self, name: str) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
         """Return code and nearness (pixels,) of the nearest opaque surface of each pixel."""
         count = self.width * self.height
         seen = buffer(name + "-seen", (count,), np.int64)
         nearness = buffer(name + "-nearness", (count,), np.float32)
-        seen.fill(-1)
-        nearness.fill(self.q_far)
-        self._draw(self.arrays.opaque, self.arrays.planes, raster.RECORD, self.nothing, nearness, seen)
+
+        def draw(first: int, end: int) -> int:
+            a, b = first * self.width, end * self.width
+            seen[a:b] = -1
+            nearness[a:b] = self.q_far
+            meshes, planes = self.arrays.opaque, self.arrays.planes
+            return self._draw(meshes, planes, raster.RECORD, self.nothing, nearness, seen, first, end)
+
+        in_parts([partial(draw, *band) for band in self.bands])
         return seen, nearness
 
     def next_layer(
@@ -78,10 +97,15 @@ class _Frame:
         """Return the nearest transparent surfaces between `limit` and `behind`, and their pixel count."""
         seen = buffer(f"{name}-seen", limit.shape, np.int64)
         nearness = buffer(f"{name}-nearness", limit.shape, np.float32)
-        seen.fill(-1)
-        nearness[:] = behind
-        won = self._draw(self.arrays.clear, self.arrays.clear_planes, raster.PEEL, limit, nearness, seen)
-        return seen, nearness, won
+
+        def draw(first: int, end: int) -> int:
+            a, b = first * self.width, end * self.width
+            seen[a:b] = -1
+            nearness[a:b] = behind[a:b]
+            meshes, planes = self.arrays.clear, self.arrays.clear_planes
+            return self._draw(meshes, planes, raster.PEEL, limit, nearness, seen, first, end)
+
+        return seen, nearness, sum(in_parts([partial(draw, *band) for band in self.bands]))
 
     def _draw(
         self,
@@ -91,20 +115,22 @@ class _Frame:
         limit: NDArray,
         nearness: NDArray,
         seen: NDArray,
+        first: int,
+        end: int,
     ) -> int:
         won = 0
         if len(draws):
             won += raster.draw_meshes(
                 draws, self.screens, self.arrays.boxes, self.arrays.axes, self.arrays.faces,
                 self.perspective, self.near, self.far, mode, limit, nearness, seen,
-                self.width, self.height, *self.scratch,
+                self.width, first, end, *scratch(self.arrays.most_vertices),
             )  # fmt: skip
         for instance in planes:
             slopes = self._plane_slopes(int(instance))
             if slopes is not None:
                 code = (int(instance) << 32) | raster.PLANE
                 won += raster.draw_plane(
-                    *slopes, self.q_near, code, mode, limit, nearness, seen, self.width, self.height
+                    *slopes, self.q_near, code, mode, limit, nearness, seen, self.width, first, end
                 )
         return won
 
@@ -165,28 +191,53 @@ def draw(
     to_world[:, :, :3] = turn @ arrays.shape
     to_world[:, :, 3] = np.einsum("nij,nj->ni", turn, arrays.position) + positions[arrays.frame]
     to_local = np.ascontiguousarray(arrays.shape_inverse @ np.swapaxes(turn, 1, 2))
-    frame = _Frame(arrays, to_world, camera)
+    paces = scene.extra.setdefault(PACE_KEY, {})
+    assert isinstance(paces, dict)
+    if len(paces) > 100:
+        paces.clear()
+    pace: Pace = paces.setdefault((camera.width, camera.height, samples), Pace())
+    parts = pace.parts(part_count(camera.width * camera.height * samples))
+    start = perf_counter()
+    frame = _Frame(arrays, to_world, camera, parts)
+    depth = result("depth", (frame.width * frame.height,), np.float32)
+    owners = result("segmentation", (frame.width * frame.height, 2), np.int32)
     if samples == 1:
-        seen, nearness, surface = *frame.visibility("opaque"), None
-        rgba, surface = _color(frame, to_local, seen, nearness, shadow, light, lines, 1.0, backdrop, fade)
+        seen, nearness = frame.visibility("opaque")
+        rgba = _color(
+            frame, to_local, seen, nearness, shadow, light, lines, 1.0, backdrop, fade, (depth, owners)
+        )
     else:
-        fine = _Frame(arrays, to_world, camera.resized(2 * camera.width, 2 * camera.height))
+        fine = _Frame(arrays, to_world, camera.resized(2 * camera.width, 2 * camera.height), parts)
         seen, nearness = fine.visibility("opaque")
-        rgba, _ = _color(fine, to_local, seen, nearness, shadow, light, lines, 2.0, backdrop, fade)
+        rgba = _color(fine, to_local, seen, nearness, shadow, light, lines, 2.0, backdrop, fade, None)
         four = rgba.reshape(camera.height, 2, camera.width, 2, 4).astype(np.uint16)
         even = four[:, 0, :, 0] + four[:, 0, :, 1] + four[:, 1, :, 0] + four[:, 1, :, 1]
         rgba = ((even + 2) >> 2).astype(np.uint8)
         surface = _front(frame, *frame.visibility("opaque"))
-    depth = result("depth", (frame.width * frame.height,), np.float32)
-    segmentation = result("segmentation", (frame.width * frame.height, 2), np.int32)
-    shade.describe(*surface, arrays.links, frame.perspective, depth, segmentation)
+        _describe(frame, *surface, depth, owners, 0, frame.height)
+    pace.note(parts, perf_counter() - start)
     size = (camera.height, camera.width)
     return Image(
         rgba=rgba.reshape(*size, 4),
         depth=depth.reshape(size),
-        segmentation=segmentation.reshape(*size, 2),
+        segmentation=owners.reshape(*size, 2),
         camera=camera,
     )
+
+
+def _describe(
+    frame: _Frame,
+    seen: NDArray[np.int64],
+    nearness: NDArray[np.float32],
+    depth: NDArray[np.float32],
+    owners: NDArray[np.int32],
+    first: int,
+    end: int,
+) -> None:
+    """Write (pixels,) depth (m) and (pixels, 2) owners of the nearest surfaces in some rows."""
+    rows = slice(first * frame.width, end * frame.width)
+    links = frame.arrays.links
+    shade.describe(seen[rows], nearness[rows], links, frame.perspective, depth[rows], owners[rows])
 
 
 def _front(
@@ -211,8 +262,9 @@ def _color(
     line_scale: float,
     backdrop: Array,
     fade: tuple[float, float] | None,
-) -> tuple[NDArray[np.uint8], tuple[NDArray[np.int64], NDArray[np.float32]]]:
-    """Return (pixels, 4) RGBA, and code and nearness of the nearest surfaces."""
+    described: tuple[NDArray[np.float32], NDArray[np.int32]] | None,
+) -> NDArray[np.uint8]:
+    """Return (pixels, 4) RGBA; writes depth and owners of the nearest surfaces to `described`."""
     arrays, width, height = frame.arrays, frame.width, frame.height
     surface = _front(frame, seen, nearness)
     to_sun = np.asarray(light.direction, dtype=float)
@@ -221,7 +273,7 @@ def _color(
     if shadow and light.diffuse > 0.0:
         cast = shadows.cast(
             arrays, frame.to_world, to_sun, *surface, width, height, frame.perspective,
-            (frame.origins, frame.directions), frame.scratch,
+            (frame.origins, frame.directions), frame.parts,
         )  # fmt: skip
     lamp = np.array(
         [*to_sun, *light.color, light.ambient, light.diffuse, light.specular, light.sky, light.leak]
@@ -238,35 +290,40 @@ def _color(
     textured = bool((arrays.links[:, 2] >= 0).any())
     words = buffer("paint", (width * height if textured else 1,), np.uint32)
 
-    def paint(codes: NDArray[np.int64], near: NDArray[np.float32], final: bool) -> None:
+    if textured:
+        announce(sample_textures)
+
+    def paint(codes: NDArray[np.int64], near: NDArray[np.float32], final: bool, first: int, end: int) -> None:
         if textured:
-            announce(sample_textures)
             sample_textures(
-                codes, near, 0, height, width, frame.perspective, frame.origins, frame.directions,
+                codes, near, first, end, width, frame.perspective, frame.origins, frame.directions,
                 frame.to_world, to_local, arrays.links, arrays.faces, arrays.vertices, arrays.uv,
                 arrays.texels, arrays.texture_table, buffer("laid", (3, 6), np.float64),
                 buffer("texture-single", (textures.SINGLE,), np.float32),
                 buffer("texture-whole", (textures.WHOLE,), np.int32), words,
             )  # fmt: skip
         shade.shade(
-            codes, near, 0, height, view, instances, meshes, words, sun, behind, front, layered, final,
+            codes, near, first, end, view, instances, meshes, words, sun, behind, front, layered, final,
             buffer("shades", (runs.WORK,), np.float32), rgba,
         )  # fmt: skip
+        if final and described is not None:
+            _describe(frame, *surface, *described, first, end)
 
+    bands = even_bands(height, frame.parts)
     if layered:
         limit = np.full(nearness.shape, np.inf, dtype=np.float32)
         for k in range(MOST_LAYERS):
             layer, near, won = frame.next_layer(limit, nearness, f"layer{k % 2}")
             if not won:
                 break
-            paint(layer, near, False)
+            in_parts([partial(paint, layer, near, False, *band) for band in bands])
             # pixels without such a layer have no more transparent surfaces in front of their opaque one
             limit = near
-    paint(seen, nearness, True)
+    in_parts([partial(paint, seen, nearness, True, *band) for band in bands])
     rgba = rgba.view(np.uint8).reshape(-1, 4)
     if lines is not None and len(lines.start):
         line_kernels.draw_lines(
             *lines_as_arrays(lines, line_scale), frame.pixels, frame.perspective, frame.near,
             width, height, nearness, rgba,
         )  # fmt: skip
-    return rgba, surface
+    return rgba

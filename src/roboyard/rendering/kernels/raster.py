@@ -35,8 +35,8 @@ PLANE = 0x7FFFFFFF
 
 
 @exact
-def box_in_view(matrix, lower, upper, perspective, near, far, width, height):
-    """Return whether any part of a box may be visible in the picture."""
+def box_in_view(matrix, lower, upper, perspective, near, far, width, first_row, end_row):
+    """Return whether any part of a box may be visible in some rows of the picture."""
     left, right, above, below, close, beyond = 0, 0, 0, 0, 0, 0
     for corner in range(8):
         x = upper[0] if corner & 1 else lower[0]
@@ -48,8 +48,8 @@ def box_in_view(matrix, lower, upper, perspective, near, far, width, height):
         one = depth if perspective else 1.0
         left += column < 0.0
         right += column > width * one
-        above += row < 0.0
-        below += row > height * one
+        above += row < first_row * one
+        below += row > end_row * one
         close += depth < near
         beyond += depth > far
     return max(left, right, above, below, close, beyond) < 8
@@ -58,7 +58,7 @@ def box_in_view(matrix, lower, upper, perspective, near, far, width, height):
 @njit(cache=True, error_model="numpy", nogil=True)
 def draw_meshes(
     draws, matrices, boxes, vertices, faces, perspective, near, far, mode, limit, nearness, seen,
-    width, height, cell, place, q, whole, single,
+    width, first_row, end_row, cell, place, q, whole, single,
 ):  # fmt: skip
     """Draw ranges of triangles into `nearness` and `seen`; returns the number of pixels written.
 
@@ -78,7 +78,8 @@ def draw_meshes(
         nearness: (pixels,) float32, updated.
         seen: (pixels,) int64, updated: instance << 32 | face.
         width: columns, at most 32768.
-        height: rows, at most 32768.
+        first_row: first row to draw.
+        end_row: last row to draw + 1, at most 32768.
         cell: (most vertices of a mesh,) int32 scratch.
         place: (2, most vertices of a mesh) int32 scratch.
         q: (most vertices of a mesh,) float32 scratch.
@@ -91,14 +92,16 @@ def draw_meshes(
         instance = draws[draw, 0]
         cull = draws[draw, 5]
         m = matrices[instance]
-        if not box_in_view(m, boxes[instance, 0], boxes[instance, 1], perspective, near, far, width, height):
+        if not box_in_view(
+            m, boxes[instance, 0], boxes[instance, 1], perspective, near, far, width, first_row, end_row
+        ):
             continue
         first = np.int64(draws[draw, 1])
         if instance != done:
             done = instance
             project(
                 m, vertices[0], vertices[1], vertices[2], first, draws[draw, 2], perspective, near, width,
-                height, cell, place[0], place[1], q,
+                first_row, end_row, cell, place[0], place[1], q,
             )  # fmt: skip
         columns, rows = place[0], place[1]
         code_base = np.int64(instance) << 32
@@ -118,7 +121,8 @@ def draw_meshes(
                 if max(cell[i0], cell[i1], cell[i2]) >= SPECIAL:
                     won += fill_clipped(
                         m, vertices, first + np.int64(i0), first + np.int64(i1), first + np.int64(i2),
-                        perspective, near, cull, code_base | face, mode, limit, nearness, seen, width, height,
+                        perspective, near, cull, code_base | face, mode, limit, nearness, seen, width,
+                        first_row, end_row,
                     )  # fmt: skip
                     continue
                 x0, y0 = columns[i0] * STEP, rows[i0] * STEP
@@ -128,16 +132,19 @@ def draw_meshes(
                     continue  # rows run downward: fronts have negative area
                 won += fill_triangle(
                     x0, y0, np.float64(q[i0]), x1, y1, np.float64(q[i1]), x2, y2, np.float64(q[i2]),
-                    code_base | face, mode, limit, nearness, seen, width, height,
+                    code_base | face, mode, limit, nearness, seen, width, first_row, end_row,
                 )  # fmt: skip
     return won
 
 
 @exact
-def draw_plane(q_column, q_row, q_zero, q_most, code, mode, limit, nearness, seen, width, height):
-    """Draw an infinite plane whose nearness is affine in the pixel; returns the number of pixels written."""
+def draw_plane(q_column, q_row, q_zero, q_most, code, mode, limit, nearness, seen, width, first_row, end_row):
+    """Draw an infinite plane whose nearness is affine in the pixel, in some rows.
+
+    Returns the number of pixels written.
+    """
     won = 0
-    for row in range(height):
+    for row in range(first_row, end_row):
         q_start = q_zero + q_row * (row + 0.5)
         for column in range(width):
             q = np.float32(q_start + q_column * (column + 0.5))

@@ -23,11 +23,11 @@ SPECIAL = OUTSIDE
 
 
 @inlined_exact
-def project(m, xs, ys, zs, first, end, perspective, near, width, height, cell, columns, rows, qs):
+def project(m, xs, ys, zs, first, end, perspective, near, width, first_row, end_row, cell, columns, rows, qs):
     """Write the snapped columns and rows of vertices, in steps, their nearness and their cells.
 
-    A cell is the first column and row of pixel centres at or after a vertex, inside the picture or just
-    behind its last ones.
+    A cell is the first column and row of pixel centres at or after a vertex, in the columns of the
+    picture and the rows to draw, or just behind their last ones.
     """
     m00, m01, m02, m03 = m[0, 0] * SNAP, m[0, 1] * SNAP, m[0, 2] * SNAP, m[0, 3] * SNAP
     m10, m11, m12, m13 = m[1, 0] * SNAP, m[1, 1] * SNAP, m[1, 2] * SNAP, m[1, 3] * SNAP
@@ -54,7 +54,7 @@ def project(m, xs, ys, zs, first, end, perspective, near, width, height, cell, c
     for k in range(count):
         column, row = columns[k], rows[k]
         right = min(max((column + CEILING) >> SHIFT, np.int32(0)), np.int32(width))
-        below = min(max((row + CEILING) >> SHIFT, np.int32(0)), np.int32(height))
+        below = min(max((row + CEILING) >> SHIFT, np.int32(first_row)), np.int32(end_row))
         mark = np.int32((right << BITS) | below)
         mark = mark if max(abs(column), abs(row)) < far else OUTSIDE
         cell[k] = mark if (qs[k] > least) & (qs[k] <= most) else BEHIND

@@ -33,12 +33,15 @@ def tie_of(a, b):
 
 
 @exact
-def fill_triangle(x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearness, seen, width, height):
-    """Draw one snapped screen triangle; returns the number of pixels written."""
+def fill_triangle(
+    x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearness, seen, width, first_row, end_row
+):
+    """Draw one snapped screen triangle in some rows; returns the number of pixels written."""
+    upper, lower = float(first_row), float(end_row)
     left = np.int64(min(max(np.ceil(min(x0, x1, x2) - 0.5), 0.0), float(width)))
     right = np.int64(max(min(np.ceil(max(x0, x1, x2) - 0.5), float(width)), 0.0))
-    top = np.int64(min(max(np.ceil(min(y0, y1, y2) - 0.5), 0.0), float(height)))
-    bottom = np.int64(max(min(np.ceil(max(y0, y1, y2) - 0.5), float(height)), 0.0))
+    top = np.int64(min(max(np.ceil(min(y0, y1, y2) - 0.5), upper), lower))
+    bottom = np.int64(max(min(np.ceil(max(y0, y1, y2) - 0.5), lower), upper))
     area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
     if area == 0.0 or left >= right or top >= bottom:
         return 0
@@ -111,8 +114,9 @@ def fill_triangle(x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearnes
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def fill_clipped(
-    m, vertices, i0, i1, i2, perspective, near, cull, code, mode, limit, nearness, seen, width, height
-):
+    m, vertices, i0, i1, i2, perspective, near, cull, code, mode, limit, nearness, seen, width,
+    first_row, end_row,
+):  # fmt: skip
     """Draw the part of a triangle beyond the near plane."""
     corner = np.empty((3, 3))
     for k in range(3):
@@ -156,6 +160,6 @@ def fill_clipped(
             point[0, 0], point[0, 1], point[0, 2],
             point[k, 0], point[k, 1], point[k, 2],
             point[k + 1, 0], point[k + 1, 1], point[k + 1, 2],
-            code, mode, limit, nearness, seen, width, height,
+            code, mode, limit, nearness, seen, width, first_row, end_row,
         )  # fmt: skip
     return won
