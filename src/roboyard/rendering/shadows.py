@@ -39,7 +39,7 @@ class ShadowMap:
     matrix: Array
     """(3, 4) transform from the world frame to column, row and depth (m)."""
     texel: float
-    """Longer side of a texel (m)."""
+    """Side of a texel (m)."""
     shaded: NDArray[np.int64]
     """(4,) first and last column, first and last row of the picture that shadows may reach."""
 
@@ -99,10 +99,10 @@ def cast(
     origins, directions = rays
     pixel = np.linalg.norm(origins[1] + total / count * directions[1])
     size = _map_size(float(extent.max() / (TEXEL * pixel)))
-    texels = extent / (size - 2 * MARGIN - 1)
+    texel = float(extent.max()) / (size - 2 * MARGIN - 1)
     # whole texels of a fixed grid, so that edges do not flicker when the bounds change slightly
-    middle = np.floor(0.5 * (low[:2] + high[:2]) / texels)
-    matrix[:2] /= texels[:, None]
+    middle = np.floor(0.5 * (low[:2] + high[:2]) / texel)
+    matrix[:2] /= texel
     matrix[:2, 3] = 0.5 * size - middle
     matrix[2, 3] = -0.5 * (low[2] + high[2])
     screens = matrix[None, :, :3] @ to_world
@@ -115,9 +115,7 @@ def cast(
         np.maximum(depth, other, out=depth)
     tiles = buffer("tiles", ((size // kernels.TILE) ** 2,), np.float32)
     kernels.nearest_of_tiles(depth, size, tiles)
-    return ShadowMap(
-        nearness=depth, tiles=tiles, size=size, matrix=matrix, texel=float(texels.max()), shaded=shaded
-    )
+    return ShadowMap(nearness=depth, tiles=tiles, size=size, matrix=matrix, texel=texel, shaded=shaded)
 
 
 def _draw(arrays: SceneArrays, draws: NDArray, screens: Array, size: int, name: str) -> NDArray[np.float32]:

@@ -71,7 +71,7 @@ class Sunlight(NamedTuple):
     matrix: Array
     """(3, 4) from the world to column, row and depth (m) of the map."""
     texel: float
-    """Longer side of a texel (m)."""
+    """Side of a texel (m)."""
     shaded: NDArray[np.int64]
     """(4,) first and last column, first and last row of the picture that shadows may reach."""
 
