@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 CACHE_KEY = "software"
+SLAB = 0.1
+"""Largest thickness over width of a shape that may be a floor."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -51,6 +53,12 @@ class SceneArrays:
     """(instances, 3, 3) inverse of `shape`."""
     boxes: Array
     """(instances, 2, 3) bounds of the mesh in the mesh frame."""
+    middles: Array
+    """(instances, 3) middle of these bounds."""
+    halves: Array
+    """(instances, 3) half of their sides."""
+    slabs: Ints
+    """(slabs, 2) instances in `opaque` that may be a floor, and their thin axis in the mesh frame."""
     opaque: Ints
     """(draws, 6): instance, vertices from, to, faces from, to, side to cull; these also cast shadows."""
     casters: Ints
@@ -181,6 +189,11 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
     meshes = table.meshes
     opaque = np.array(draws.opaque, dtype=np.int32).reshape(-1, 6)
     vertices = _join([m.vertices for m in meshes], (0, 3), np.float32)
+    casters = np.unique(opaque[:, 0])
+    halves = 0.5 * (boxes[:, 1] - boxes[:, 0])
+    extent = halves * np.linalg.norm(local, axis=1)
+    in_order = np.sort(extent[casters], axis=1)
+    slabs = casters[in_order[:, 0] < SLAB * in_order[:, 1]]
     return SceneArrays(
         revision=revision,
         vertices=vertices,
@@ -196,8 +209,11 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
         shape=local,
         shape_inverse=np.asarray(np.linalg.inv(local), dtype=float),
         boxes=boxes,
+        middles=boxes.mean(axis=1),
+        halves=halves,
+        slabs=np.stack([slabs, np.argmin(extent[slabs], axis=1)], axis=1).astype(np.int32),
         opaque=opaque,
-        casters=np.unique(opaque[:, 0]),
+        casters=casters,
         clear=np.array(draws.clear, dtype=np.int32).reshape(-1, 6),
         planes=np.array(draws.planes, dtype=np.int32),
         clear_planes=np.array(draws.clear_planes, dtype=np.int32),

@@ -21,8 +21,6 @@ MARGIN = 4
 """Margin around the used part of the map, for the filter (texels)."""
 TEXEL = 1.4
 """Side of a texel over the side of a pixel."""
-SLAB = 0.1
-"""Largest thickness over width of a shape that may be a floor."""
 SIZES = (64, 96, 128, 160, 192, 224, 256, 320, 384, 448, 512, 640, 768, 896, 1024, 1280, 1536, 1792, 2048)
 
 
@@ -79,14 +77,17 @@ def cast(
     matrix[:, :3] = _axes(*sun.tolist())
     draws = arrays.opaque
     casters = arrays.casters
-    grounds = _grounds(arrays, casters, to_world, sun)
-    if grounds:
+    middles = np.einsum("nij,nj->ni", to_world[:, :, :3], arrays.middles) + to_world[:, :, 3]
+    grounds = _grounds(arrays, middles, to_world, sun)
+    if len(grounds):
         above = np.ones(len(to_world), dtype=bool)
         above[grounds] = False
         casters, draws = casters[above[casters]], draws[above[draws[:, 0]]]
         if not len(casters):
             return NO_SHADOW
-    low, high = _bounds_of_boxes(matrix, to_world[casters], arrays.boxes[casters])
+    axes = np.abs(matrix[:, :3] @ to_world[casters, :, :3])
+    centre, reach = middles[casters] @ matrix[:, :3].T, np.einsum("nij,nj->ni", axes, arrays.halves[casters])
+    low, high = (centre - reach).min(axis=0), (centre + reach).max(axis=0)
     stride = 2 if width * height > 40000 else 1
     visible, count, total, shaded = kernels.lit_bounds(
         seen, nearness, width, height, stride, perspective, *rays, matrix, low[:2], high[:2]
@@ -153,37 +154,22 @@ def _axes(x: float, y: float, z: float) -> tuple[tuple[float, float, float], ...
     return (a, b, c), (y * c - z * b, z * a - x * c, x * b - y * a), (-x, -y, -z)
 
 
-def _grounds(arrays: SceneArrays, casters: NDArray, to_world: Array, sun: Array) -> list[int]:
-    """Return slabs below all other shapes, seen from the sun: they receive shadows and cast none.
+def _grounds(arrays: SceneArrays, middles: Array, to_world: Array, sun: Array) -> NDArray[np.int32]:
+    """Return the (n,) slabs below all other shapes, seen from the sun: they receive shadows and cast none.
 
-    Otherwise the map would cover the whole of a floor, at a low resolution.
+    Otherwise the map would cover the whole of a floor, at a low resolution. `middles` are the (instances, 3)
+    middles of the shapes in the world frame (m).
     """
-    if len(arrays.planes):
-        return []
-    sides = np.linalg.norm(to_world[casters, :, :3], axis=1)
-    extent = (arrays.boxes[casters, 1] - arrays.boxes[casters, 0]) * sides
-    in_order = np.sort(extent, axis=1)
-    middle = np.einsum("nij,nj->ni", to_world[casters, :, :3], arrays.boxes[casters].mean(axis=1))
-    middle += to_world[casters, :, 3]
-    found = []
-    for k in np.flatnonzero(in_order[:, 0] < SLAB * in_order[:, 1]):
-        axis = int(np.argmin(extent[k]))
-        normal = to_world[casters[k], :, axis] / np.linalg.norm(to_world[casters[k], :, axis])
-        above = (middle - middle[k]) @ (normal if normal @ sun > 0 else -normal)
-        above[k] = np.inf
-        if (above > 0.5 * extent[k, axis]).all():
-            found.append(int(casters[k]))
-    return found
-
-
-def _bounds_of_boxes(matrix: Array, to_world: Array, boxes: Array) -> tuple[Array, Array]:
-    """Return the lower and upper corner of all boxes in the light's axes."""
-    axes = matrix[:, :3] @ to_world
-    middle = boxes.mean(axis=1)
-    half = 0.5 * (boxes[:, 1] - boxes[:, 0])
-    centre = np.einsum("nij,nj->ni", axes[:, :, :3], middle) + axes[:, :, 3]
-    reach = np.einsum("nij,nj->ni", np.abs(axes[:, :, :3]), half)
-    return (centre - reach).min(axis=0), (centre + reach).max(axis=0)
+    slabs = arrays.slabs[:, 0]
+    if len(arrays.planes) or not len(slabs):
+        return slabs[:0]
+    axes = arrays.slabs[:, 1]
+    normals = to_world[slabs, :, axes]
+    lengths = np.sqrt(np.einsum("ij,ij->i", normals, normals))
+    normals /= np.where(normals @ sun > 0.0, lengths, -lengths)[:, None]
+    above = middles[arrays.casters] @ normals.T - np.einsum("ij,ij->i", middles[slabs], normals)
+    is_above = (above > arrays.halves[slabs, axes] * lengths) | (arrays.casters[:, None] == slabs)
+    return slabs[is_above.all(axis=0)]
 
 
 def _steady(extent: float) -> float:

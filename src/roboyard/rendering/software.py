@@ -66,8 +66,8 @@ class _Frame:
     def _bands(self) -> list[tuple[int, int]]:
         """Return ranges of rows that take about the same time to draw: they show as many faces and pixels."""
         draws = self.arrays.opaque
-        middle = np.append(self.arrays.boxes.mean(axis=1), np.ones((len(self.arrays.boxes), 1)), axis=1)
-        _, rows, depths = np.einsum("nij,nj->in", self.screens, middle)
+        places = np.einsum("nij,nj->in", self.screens[:, 1:, :3], self.arrays.middles)
+        rows, depths = places + self.screens[:, 1:, 3].T
         rows = rows / np.where(depths > 0.0, depths, np.inf) if self.perspective else rows
         rows, faces = rows[draws[:, 0]], draws[:, 4] - draws[:, 3]
         steps = np.linspace(0.0, self.height, 33)
