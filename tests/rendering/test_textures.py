@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from roboyard.rendering import UNLIT, Camera
-from roboyard.rendering.kernels.textures import SINGLE, WHOLE, sample_textures
+from roboyard.rendering.kernels.textures import COLORS, SINGLE, WHOLE, sample_textures
 from roboyard.rendering.textures import pack
 from roboyard.shapes import primitives
 
@@ -105,6 +105,7 @@ def test_invalid_texture_coordinates_read_only_the_texture():
             np.array([[0, 1, 2]], dtype=np.int32),
             np.array([[-1, -1, 1], [1, -1, 1], [0, 1, 1]], dtype=np.float32),
             np.full((1, 3, 2), bad, dtype=np.float32), texels, table, np.empty((3, 6)),
-            np.empty(SINGLE, dtype=np.float32), np.empty(WHOLE, dtype=np.int32), out,
+            np.empty(SINGLE, dtype=np.float32), np.empty(WHOLE, dtype=np.int32),
+            np.empty(COLORS, dtype=np.uint32), out,
         )  # fmt: skip
         assert set(out.tolist()) - {0}  # written, in any colour

@@ -300,7 +300,8 @@ def _color(
                 frame.to_world, to_local, arrays.links, arrays.faces, arrays.vertices, arrays.uv,
                 arrays.texels, arrays.texture_table, buffer("laid", (3, 6), np.float64),
                 buffer("texture-single", (textures.SINGLE,), np.float32),
-                buffer("texture-whole", (textures.WHOLE,), np.int32), words,
+                buffer("texture-whole", (textures.WHOLE,), np.int32),
+                buffer("texture-colors", (textures.COLORS,), np.uint32), words,
             )  # fmt: skip
         shade.shade(
             codes, near, first, end, view, instances, meshes, words, sun, behind, front, layered, final,

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import compiled, inlined, without_refcounts
+from roboyard.rendering.kernels.options import I, compiled, inlined, without_refcounts
 from roboyard.rendering.kernels.patterns import checker_at
 from roboyard.rendering.kernels.raster import PLANE
 from roboyard.rendering.kernels.runs import (
@@ -29,7 +29,6 @@ from roboyard.rendering.kernels.runs import (
     THREE,
     ZERO,
     F,
-    I,
     Q,
     U,
     V,

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import numba
+import numpy as np
+
 from roboyard._numba import njit
 
 FAST = {"contract", "arcp", "nsz", "reassoc", "afn"}
@@ -26,3 +29,6 @@ exact: Any = njit(**_EXACT)
 """Decorator of a kernel with the rounding of IEEE 754, which creates no array."""
 inlined_exact: Any = njit(**_EXACT, forceinline=True)
 """Like `exact`, and always inlined."""
+
+I: Any = int if getattr(numba.config, "DISABLE_JIT", False) else np.uint64
+"""Type of indices: unsigned, so that compiled loops do not check for negative ones."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard._numba import njit
-from roboyard.rendering.kernels.options import exact
+from roboyard.rendering.kernels.options import I, exact
 from roboyard.rendering.kernels.small_triangles import (
     FACE,
     LIST,
@@ -111,13 +111,13 @@ def draw_meshes(
             start, count = gather(faces, start, end, cell, columns, rows, q, whole, single)
             set_up(count, np.int32(cull), np.int32(width), whole, single)
             count = those_to_draw(count, whole)
-            for n in range(np.uint64(count)):
-                k = np.uint64(whole[LIST + n])
+            for n in range(I(count)):
+                k = I(whole[LIST + n])
                 face = np.int64(whole[FACE + k])
                 if whole[STATE + k] == SMALL:
                     won += fill_small(whole, single, k, code_base | face, mode, limit, nearness, seen, width)
                     continue
-                i0, i1, i2 = np.uint64(faces[face, 0]), np.uint64(faces[face, 1]), np.uint64(faces[face, 2])
+                i0, i1, i2 = I(faces[face, 0]), I(faces[face, 1]), I(faces[face, 2])
                 if max(cell[i0], cell[i1], cell[i2]) >= SPECIAL:
                     won += fill_clipped(
                         m, vertices, first + np.int64(i0), first + np.int64(i1), first + np.int64(i2),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import inlined
+from roboyard.rendering.kernels.options import I, inlined
 from roboyard.rendering.kernels.shadow import sunlight
 from roboyard.rendering.kernels.vectors import at_pixel, dot, row_of
 
-F, I = np.float32, np.uint64
+F = np.float32
 ZERO, HALF, ONE, THREE = F(0.0), F(0.5), F(1.0), F(3.0)
 FULL, PER_BYTE, TINY = F(255.0), F(1.0 / 255.0), F(1e-30)
 BYTE, OPAQUE = np.int32(255), np.int32(-(1 << 24))
@@ -18,7 +18,7 @@ RUN = 256
 COUNT = 18
 WORK = COUNT * RUN
 DEPTH, PX, PY, PZ, NX, NY, NZ, RED, GREEN, BLUE, ALPHA, SHINE, U, V, Q, FACING, SUN, FADE = (
-    np.uint64(RUN * k) for k in range(COUNT)
+    I(RUN * k) for k in range(COUNT)
 )
 """Places of the arrays of a run in one array of single precision, so that loops over them run on vectors of
 pixels: depth, point, normal, colour, highlight, place in the shadow map and nearness to the sun, cosine to

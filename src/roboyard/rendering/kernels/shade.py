@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.rendering.kernels.faces import lay_face
-from roboyard.rendering.kernels.options import compiled, without_refcounts
+from roboyard.rendering.kernels.options import I, compiled, without_refcounts
 from roboyard.rendering.kernels.patterns import background_color
 from roboyard.rendering.kernels.runs import (
     ALPHA,
@@ -14,7 +14,6 @@ from roboyard.rendering.kernels.runs import (
     ONE,
     RED,
     RUN,
-    I,
     cast_shadows,
     fade_out,
     lay_light,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import inlined_exact
+from roboyard.rendering.kernels.options import I, inlined_exact
 from roboyard.rendering.kernels.snapping import (
     BITS,
     DEPTH_ONLY,
@@ -30,14 +30,14 @@ DROPPED, SMALL, LARGE = np.int32(0), np.int32(1), np.int32(2)
 
 COUNTS = 24
 WHOLE = BATCH * COUNTS
-FACE, X0, Y0, C0, X1, Y1, C1, X2, Y2, C2 = (np.uint64(BATCH * k) for k in range(10))
-A0, A1, A2, B0, B1, B2, E0, E1, E2 = (np.uint64(BATCH * k) for k in range(10, 19))
-FIRST, WIDE, TALL, STATE, LIST = (np.uint64(BATCH * k) for k in range(19, COUNTS))
+FACE, X0, Y0, C0, X1, Y1, C1, X2, Y2, C2 = (I(BATCH * k) for k in range(10))
+A0, A1, A2, B0, B1, B2, E0, E1, E2 = (I(BATCH * k) for k in range(10, 19))
+FIRST, WIDE, TALL, STATE, LIST = (I(BATCH * k) for k in range(19, COUNTS))
 """Places of a batch's arrays in one array of whole numbers: face; column and row (steps) and cell of each
 corner; change of each edge function per column and per row, and value at the first pixel of the triangle's
 box; that pixel, columns and rows of the box; state, and numbers of the triangles to draw."""
 SINGLE = BATCH * 6
-Q0, Q1, Q2, START, K1, K2 = (np.uint64(BATCH * k) for k in range(6))
+Q0, Q1, Q2, START, K1, K2 = (I(BATCH * k) for k in range(6))
 """Places of a batch's arrays in one array of single precision: nearness of each corner; nearness is START
 plus K1 and K2 times edge functions 2 and 0."""
 
@@ -50,16 +50,16 @@ def gather(faces, start, end, cell, columns, rows, q, whole, single):
     of faces found.
     """
     last = min(end, start + BATCH)
-    count = np.uint64(0)
+    count = I(0)
     # without a branch: whether a triangle has pixels is as good as random
-    for face in range(np.uint64(start), np.uint64(last)):
-        c0 = cell[np.uint64(faces[face, 0])]
-        apart = (c0 ^ cell[np.uint64(faces[face, 1])]) | (c0 ^ cell[np.uint64(faces[face, 2])])
+    for face in range(I(start), I(last)):
+        c0 = cell[I(faces[face, 0])]
+        apart = (c0 ^ cell[I(faces[face, 1])]) | (c0 ^ cell[I(faces[face, 2])])
         whole[FACE + count] = face
-        count += np.uint64((((apart & HIGH) != 0) & ((apart & LOW) != 0)) | (c0 == OUTSIDE))
+        count += I((((apart & HIGH) != 0) & ((apart & LOW) != 0)) | (c0 == OUTSIDE))
     for k in range(count):
-        face = np.uint64(whole[FACE + k])
-        i, j, n = np.uint64(faces[face, 0]), np.uint64(faces[face, 1]), np.uint64(faces[face, 2])
+        face = I(whole[FACE + k])
+        i, j, n = I(faces[face, 0]), I(faces[face, 1]), I(faces[face, 2])
         whole[X0 + k], whole[Y0 + k], whole[C0 + k], single[Q0 + k] = columns[i], rows[i], cell[i], q[i]
         whole[X1 + k], whole[Y1 + k], whole[C1 + k], single[Q1 + k] = columns[j], rows[j], cell[j], q[j]
         whole[X2 + k], whole[Y2 + k], whole[C2 + k], single[Q2 + k] = columns[n], rows[n], cell[n], q[n]
@@ -72,7 +72,7 @@ def set_up(count, cull, width, whole, single):
 
     Small triangles fit into 32 bits in steps, so this runs on vectors of triangles.
     """
-    for k in range(np.uint64(count)):
+    for k in range(I(count)):
         c0, c1, c2 = whole[C0 + k], whole[C1 + k], whole[C2 + k]
         ordinary = max(max(c0, c1), c2) < SPECIAL
         u0, u1, u2 = (c0 >> BITS) & LOW, (c1 >> BITS) & LOW, (c2 >> BITS) & LOW
@@ -80,9 +80,9 @@ def set_up(count, cull, width, whole, single):
         left, top = min(min(u0, u1), u2), min(min(v0, v1), v2)
         wide, high = max(max(u0, u1), u2) - left, max(max(v0, v1), v2) - top
         px, py = (left << SHIFT) + MIDDLE, (top << SHIFT) + MIDDLE
-        x0, y0 = px - whole[X0 + k], py - whole[Y0 + k]
-        x1, y1 = px - whole[X1 + k], py - whole[Y1 + k]
-        x2, y2 = px - whole[X2 + k], py - whole[Y2 + k]
+        x0, y0 = px - np.int64(whole[X0 + k]), py - np.int64(whole[Y0 + k])
+        x1, y1 = px - np.int64(whole[X1 + k]), py - np.int64(whole[Y1 + k])
+        x2, y2 = px - np.int64(whole[X2 + k]), py - np.int64(whole[Y2 + k])
         extent = max(max(abs(x0), abs(x1)), abs(x2))
         extent = max(extent, max(max(abs(y0), abs(y1)), abs(y2)))
         area = (x0 - x1) * (y0 - y2) - (x0 - x2) * (y0 - y1)
@@ -115,10 +115,10 @@ def set_up(count, cull, width, whole, single):
 @inlined_exact
 def those_to_draw(count, whole):
     """Write the numbers of the gathered triangles that are drawn to LIST; returns how many these are."""
-    left = np.uint64(0)
-    for k in range(np.uint64(count)):
+    left = I(0)
+    for k in range(I(count)):
         whole[LIST + left] = k
-        left += np.uint64(whole[STATE + k] != DROPPED)
+        left += I(whole[STATE + k] != DROPPED)
     return np.int64(left)
 
 
@@ -129,7 +129,7 @@ def fill_small(whole, single, k, code, mode, limit, nearness, seen, width):
     b0, b1, b2 = whole[B0 + k], whole[B1 + k], whole[B2 + k]
     e0, e1, e2 = whole[E0 + k], whole[E1 + k], whole[E2 + k]
     start, k1, k2 = single[START + k], single[K1 + k], single[K2 + k]
-    line, wide = np.uint64(whole[FIRST + k]), np.uint64(whole[WIDE + k])
+    line, wide = I(whole[FIRST + k]), I(whole[WIDE + k])
     won = 0
     for _ in range(whole[TALL + k]):
         f0, f1, f2 = e0, e1, e2
@@ -143,5 +143,5 @@ def fill_small(whole, single, k, code, mode, limit, nearness, seen, width):
                     won += 1
             f0, f1, f2 = f0 + a0, f1 + a1, f2 + a2
         e0, e1, e2 = e0 + b0, e1 + b1, e2 + b2
-        line += np.uint64(width)
+        line += I(width)
     return won

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import inlined_exact
+from roboyard.rendering.kernels.options import I, inlined_exact
 
 DEPTH_ONLY, RECORD, PEEL = 0, 1, 2
 SNAP, SHIFT = 1024.0, np.int32(10)
@@ -32,7 +32,7 @@ def project(m, xs, ys, zs, first, end, perspective, near, width, first_row, end_
     m00, m01, m02, m03 = m[0, 0] * SNAP, m[0, 1] * SNAP, m[0, 2] * SNAP, m[0, 3] * SNAP
     m10, m11, m12, m13 = m[1, 0] * SNAP, m[1, 1] * SNAP, m[1, 2] * SNAP, m[1, 3] * SNAP
     m20, m21, m22, m23 = m[2, 0], m[2, 1], m[2, 2], m[2, 3]
-    start, count = np.uint64(first), np.uint64(end - first)
+    start, count = I(first), I(end - first)
     if perspective:
         for k in range(count):
             x, y, z = np.float64(xs[start + k]), np.float64(ys[start + k]), np.float64(zs[start + k])

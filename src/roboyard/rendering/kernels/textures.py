@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import compiled, inlined, without_refcounts
+from roboyard.rendering.kernels.options import I, compiled, inlined, without_refcounts
 from roboyard.rendering.kernels.raster import PLANE
 
-F, I, U = np.float32, np.uint64, np.uint32
+F, U = np.float32, np.uint32
 LANES, ROUND = U(0x00FF00FF), U(0x00800080)
 """Every other byte of a colour, in 16 bits each, so that one product weights two."""
 EIGHT, FULL = U(8), U(256)
@@ -17,11 +17,11 @@ RUN = 256
 """Most pixels sampled at a time: their arrays stay in the processor's first cache."""
 DEPTH, TURN, RIGHT, DOWN, SIDE = (I(RUN * k) for k in range(5))
 SINGLE = 5 * RUN
-LEVEL, PART, EVEN, ODD, EVEN_2, ODD_2, C00, C10, C01, C11, WEIGHT_X, WEIGHT_Y = (
-    I(RUN * k) for k in range(12)
-)
-WHOLE = 12 * RUN
-"""Places of a run's arrays in one array of single precision, and in one of whole numbers."""
+LEVEL, PART, WEIGHT_X, WEIGHT_Y = (I(RUN * k) for k in range(4))
+WHOLE = 4 * RUN
+EVEN, ODD, EVEN_2, ODD_2, C00, C10, C01, C11 = (I(RUN * k) for k in range(8))
+COLORS = 8 * RUN
+"""Places of a run's arrays in one array each of single precision, whole numbers and colours."""
 
 
 @compiled
@@ -80,7 +80,7 @@ def texture_gradients(
 @without_refcounts
 def sample_textures(
     seen, nearness, first_row, end_row, width, perspective, origins, directions, to_world, to_local, links,
-    faces, vertices, uvs, texels, textures, laid, single, whole, out,
+    faces, vertices, uvs, texels, textures, laid, single, whole, colors, out,
 ):  # fmt: skip
     """Write the texture colour of each textured pixel to `out` (pixels,) uint32, red in the low byte.
 
@@ -104,6 +104,7 @@ def sample_textures(
         laid: (3, 6) float64 scratch.
         single: (SINGLE,) float32 scratch.
         whole: (WHOLE,) int32 scratch.
+        colors: (COLORS,) uint32 scratch.
         out: written.
     """
     last = np.int64(-1)
@@ -149,19 +150,19 @@ def sample_textures(
             k += I(1)
             while k < count and whole[LEVEL + k] == level and (whole[PART + k] > 0) == is_mixed:
                 k += I(1)
-            sample_level(single, whole, start, k, texels, textures, texture, level)
+            sample_level(single, whole, colors, start, k, texels, textures, texture, level)
             if is_mixed:
                 for i in range(start, k):
-                    whole[EVEN_2 + i], whole[ODD_2 + i] = whole[EVEN + i], whole[ODD + i]
-                sample_level(single, whole, start, k, texels, textures, texture, level + 1)
+                    colors[EVEN_2 + i], colors[ODD_2 + i] = colors[EVEN + i], colors[ODD + i]
+                sample_level(single, whole, colors, start, k, texels, textures, texture, level + 1)
                 for i in range(start, k):
                     part = U(whole[PART + i])
                     share = U(FULL - part)
-                    even = U(share * U(whole[EVEN_2 + i]) + part * U(whole[EVEN + i]) + ROUND)
-                    odd = U(share * U(whole[ODD_2 + i]) + part * U(whole[ODD + i]) + ROUND)
-                    whole[EVEN + i], whole[ODD + i] = U(even >> EIGHT) & LANES, U(odd >> EIGHT) & LANES
+                    even = U(share * colors[EVEN_2 + i] + part * colors[EVEN + i] + ROUND)
+                    odd = U(share * colors[ODD_2 + i] + part * colors[ODD + i] + ROUND)
+                    colors[EVEN + i], colors[ODD + i] = U(even >> EIGHT) & LANES, U(odd >> EIGHT) & LANES
             for i in range(start, k):
-                out[p + i] = U(whole[EVEN + i]) | U(U(whole[ODD + i]) << EIGHT)
+                out[p + i] = colors[EVEN + i] | U(colors[ODD + i] << EIGHT)
 
 
 @inlined
@@ -238,7 +239,7 @@ def choose_levels(single, whole, count, deepest):
 
 
 @inlined
-def sample_level(single, whole, start, end, texels, textures, texture, level):
+def sample_level(single, whole, colors, start, end, texels, textures, texture, level):
     """Write the bilinear samples of one level of a texture: the even bytes of a colour, and its odd ones."""
     base = np.int32(textures[texture, level, 0])
     columns, rows = np.int32(textures[texture, level, 1]), np.int32(textures[texture, level, 2])
@@ -253,16 +254,16 @@ def sample_level(single, whole, start, end, texels, textures, texture, level):
         x1 = np.int32(x1 if (x1 > 0) & (x1 < columns) else 0)
         y1 = np.int32(y1 if (y1 > 0) & (y1 < rows) else 0)
         a, b = np.int32(base + y0 * columns), np.int32(base + y1 * columns)
-        whole[C00 + k], whole[C10 + k] = np.int32(a + x0), np.int32(a + x1)
-        whole[C01 + k], whole[C11 + k] = np.int32(b + x0), np.int32(b + x1)
+        colors[C00 + k], colors[C10 + k] = U(a + x0), U(a + x1)
+        colors[C01 + k], colors[C11 + k] = U(b + x0), U(b + x1)
         whole[WEIGHT_X + k], whole[WEIGHT_Y + k] = fx & np.int32(255), fy & np.int32(255)
     for k in range(start, end):
-        whole[C00 + k] = texels[U(whole[C00 + k])]
-        whole[C10 + k] = texels[U(whole[C10 + k])]
-        whole[C01 + k] = texels[U(whole[C01 + k])]
-        whole[C11 + k] = texels[U(whole[C11 + k])]
+        colors[C00 + k] = texels[colors[C00 + k]]
+        colors[C10 + k] = texels[colors[C10 + k]]
+        colors[C01 + k] = texels[colors[C01 + k]]
+        colors[C11 + k] = texels[colors[C11 + k]]
     for k in range(start, end):
-        c00, c10, c01, c11 = U(whole[C00 + k]), U(whole[C10 + k]), U(whole[C01 + k]), U(whole[C11 + k])
+        c00, c10, c01, c11 = colors[C00 + k], colors[C10 + k], colors[C01 + k], colors[C11 + k]
         # one product weights two channels
         right, below = U(whole[WEIGHT_X + k]), U(whole[WEIGHT_Y + k])
         w11 = U(U(right * below + U(128)) >> EIGHT)
@@ -271,5 +272,5 @@ def sample_level(single, whole, start, end, texels, textures, texture, level):
         even = U((c00 & LANES) * w00 + (c10 & LANES) * w10 + (c01 & LANES) * w01 + (c11 & LANES) * w11)
         c00, c10, c01, c11 = U(c00 >> EIGHT), U(c10 >> EIGHT), U(c01 >> EIGHT), U(c11 >> EIGHT)
         odd = U((c00 & LANES) * w00 + (c10 & LANES) * w10 + (c01 & LANES) * w01 + (c11 & LANES) * w11)
-        whole[EVEN + k] = U(U(even + ROUND) >> EIGHT) & LANES
-        whole[ODD + k] = U(U(odd + ROUND) >> EIGHT) & LANES
+        colors[EVEN + k] = U(U(even + ROUND) >> EIGHT) & LANES
+        colors[ODD + k] = U(U(odd + ROUND) >> EIGHT) & LANES

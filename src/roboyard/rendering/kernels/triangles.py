@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard._numba import njit
-from roboyard.rendering.kernels.options import exact, inlined_exact
+from roboyard.rendering.kernels.options import I, exact, inlined_exact
 from roboyard.rendering.kernels.snapping import DEPTH_ONLY, PEEL, SNAP, STEP
 
 TIE = 0.5 * STEP * STEP
@@ -66,7 +66,7 @@ def fill_triangle(
             f0, f1, f2, q_here = e0, e1, e2, q_row
             for k in range(wide):
                 q = np.float32(q_here)
-                p = np.uint64(line + k)
+                p = I(line + k)
                 if min(min(f0, f1), f2) >= 0.0 and q > nearness[p] and (mode != PEEL or q < limit[p]):
                     nearness[p] = q
                     if mode != DEPTH_ONLY:
@@ -94,12 +94,12 @@ def fill_triangle(
         count = np.int64(hi) - first + 1
         if mode == DEPTH_ONLY:
             for k in range(count):
-                p = np.uint64(start + k)
+                p = I(start + k)
                 nearness[p] = max(nearness[p], np.float32(q_here + q_dx * k))
         else:
             for k in range(count):
                 q = np.float32(q_here + q_dx * k)
-                p = np.uint64(start + k)
+                p = I(start + k)
                 if q > nearness[p] and (mode != PEEL or q < limit[p]):
                     nearness[p] = q
                     seen[p] = code
