@@ -84,3 +84,31 @@ def test_shadows_are_as_light_as_in_pybullet(
     dark, bright = levels[levels < lit - 5], levels[np.argmax(counts)]
     assert abs(dark.min() - shade) <= 2
     assert abs(bright - lit) <= 1
+
+
+@pytest.mark.parametrize(
+    ("side", "up", "color"),
+    [
+        ((1, 0, 0), (0, 0, 1), [153, 76, 30]),
+        ((-1, 0, 0), (0, 0, 1), [191, 95, 38]),
+        ((0, 1, 0), (0, 0, 1), [176, 87, 35]),
+        ((0, -1, 0), (0, 0, 1), [153, 76, 30]),
+        ((0, 0, 1), (1, 0, 0), [239, 119, 47]),
+        ((0, 0, -1), (1, 0, 0), [162, 80, 32]),
+    ],
+)
+def test_the_sides_of_a_box_have_tiny_renderers_colours(
+    client: int, side: tuple[int, int, int], up: tuple[int, int, int], color: list[int]
+) -> None:
+    """PyBullet 3.2.7's, to the last bit: levels are cut, and the highlight is the sun mirrored upwards."""
+    shape = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.5] * 3, rgbaColor=[1, 0.5, 0.2, 1])
+    p.createMultiBody(0, -1, shape)
+    view = p.computeViewMatrix([2.0 * part for part in side], [0, 0, 0], up)
+    projection = p.computeProjectionMatrixFOV(40, 1, 0.1, 20)
+    picture = np.reshape(p.getCameraImage(20, 20, view, projection, shadow=0)[2], (20, 20, 4))
+    assert picture[10, 10, :3].tolist() == color
+    own = p.getCameraImage(
+        *(20, 20, p.computeViewMatrix([0, -2, 0], [0, 0, 0], [0, 0, 1]), projection, [1, -2, 0.5]),
+        *([0.9, 0.8, 0.7], 10, 0, 0.3, 0.5, 0.4),
+    )
+    assert np.reshape(own[2], (20, 20, 4))[10, 10, :3].tolist() == [176, 82, 30]

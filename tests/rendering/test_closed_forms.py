@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -319,3 +320,31 @@ def test_depth_colours_are_even_in_inverse_depth() -> None:
         [253, 231, 76], [190, 55, 100], [24, 22, 72], [24, 22, 72], [255, 255, 255]
     ]  # fmt: skip
     assert (depth_to_rgb(np.full((2, 2), np.nan)) == 255).all()
+
+
+@pytest.mark.parametrize("tilt", [-1.2, -0.5, 0.0, 0.3, 0.7, 1.2])
+def test_a_tilted_plate_mirrors_the_sun_upwards(tilt: float, shape, picture) -> None:
+    """c (ambient + color (diffuse max(n.l, 0) + gloss max(2 n.l n_z - l_z, 0)^2)), per channel."""
+    turn = np.array([[math.cos(tilt), 0, math.sin(tilt)], [0, 1, 0], [-math.sin(tilt), 0, math.cos(tilt)]])
+    normal, sun = turn[:, 2], np.array([0.6, 0.0, 0.8])
+    light = Light(
+        direction=(6, 0, 8),
+        color=(1.0, 0.5, 0.25),
+        ambient=0.1,
+        diffuse=0.3,
+        specular=0.0,
+        sky=0.0,
+        gloss=0.5,
+    )
+    rgba = (0.9, 0.6, 0.3, 1.0)
+    image = picture([shape(primitives.plane(1.0, 1.0), rotation=turn, rgba=rgba)], DOWN, light=light)
+    slope = float(normal @ sun)
+    amount = 0.3 * max(slope, 0.0) + 0.5 * max(2 * slope * normal[2] - sun[2], 0.0) ** 2
+    expected = [255 * c * (0.1 + tint * amount) for c, tint in zip(rgba[:3], light.color, strict=True)]
+    assert image.rgba[20, 20, :3] == pytest.approx(expected, abs=0.51)
+    cut = picture(
+        [shape(primitives.plane(1.0, 1.0), rotation=turn, rgba=rgba)],
+        DOWN,
+        light=replace(light, rounds_down=True),
+    )
+    assert cut.rgba[20, 20, :3].tolist() == [int(level + 1e-3) for level in expected]

@@ -16,7 +16,7 @@ class Light:
     `c · (ambient + diffuse · color · ((1 - sky) · sun · max(n·l, 0) + sky · (1 + n_z) / 2)) + specular`,
 
     where `sun` is `leak` in shadow and 1 elsewhere. With ambient 1, diffuse 0 and specular 0 every colour
-    is therefore rendered unchanged.
+    is therefore rendered unchanged. `gloss` adds `c · color · gloss · sun · max(2 n·l n_z - l_z, 0)²`.
     """
 
     direction: tuple[float, float, float] = (-0.35, -0.75, 1.1)
@@ -33,6 +33,10 @@ class Light:
     """Fraction of the diffuse light that comes from the sky dome, which casts no shadows."""
     leak: float = 0.0
     """Fraction of the sunlight that reaches shadowed surfaces; used by the software renderer only."""
+    gloss: float = 0.0
+    """Intensity of the sun mirrored upwards, whoever looks; used by the software renderer only."""
+    rounds_down: bool = False
+    """Whether levels of opaque colours are rounded down; used by the software renderer only."""
 
 
 UNLIT = Light(ambient=1.0, diffuse=0.0, specular=0.0)

@@ -276,7 +276,10 @@ def _color(
             (frame.origins, frame.directions), frame.parts,
         )  # fmt: skip
     lamp = np.array(
-        [*to_sun, *light.color, light.ambient, light.diffuse, light.specular, light.sky, light.leak]
+        [
+            *(*to_sun, *light.color, light.ambient, light.diffuse, light.specular, light.sky, light.leak),
+            *(light.gloss, 1e-3 if light.rounds_down else 0.5),
+        ]
     )
     sun = Sunlight(lamp, cast.nearness, cast.tiles, cast.size, cast.matrix, cast.texel, cast.shaded)
     view = View(width, height, frame.perspective, frame.origins, frame.directions)

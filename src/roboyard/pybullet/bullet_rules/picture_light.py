@@ -1,15 +1,15 @@
-"""Lighting of camera images, and shapes with alpha < 1 drawn opaque, as in PyBullet."""
+"""Lighting and colours of camera images, and shapes with alpha < 1 drawn opaque, as in PyBullet."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
 from typing import TYPE_CHECKING
 
 from roboyard._records import dataclass, replace
 from roboyard.pybullet.face.arguments import number, vector3, whole
 
 if TYPE_CHECKING:
+    from roboyard.description.model import RGBA
     from roboyard.rendering import Light
     from roboyard.rendering.scene import RenderScene
 
@@ -62,45 +62,46 @@ class PictureLight:
     def to_light(self) -> Light:
         """Return the light for `roboyard.rendering`.
 
-        PyBullet's specular term does not depend on the camera: a surface of normal n in light from l shows
-        specular · max(2 (n·l) n_z - l_z, 0)². That is specular · l_z² on horizontal surfaces and almost 0 on
-        walls, so it is approximated by the sky light, which is strongest on horizontal surfaces.
+        Source:
+            Bullet, TinyRenderer.cpp, Shader::fragment; its specular term does not depend on the camera.
         """
         from roboyard.rendering import Light
 
-        x, y, z = self.direction
-        length = sqrt(x * x + y * y + z * z)
-        gloss = self.specular * (max(z, 0.0) / length) ** 2 if length > 0 else 0.0
-        total = self.diffuse + gloss
         return Light(
             direction=self.direction,
             color=self.color,
             ambient=self.ambient,
-            diffuse=total,
+            diffuse=self.diffuse,
             specular=0.0,
-            sky=gloss / total if total > 0 else 0.0,
+            sky=0.0,
             leak=_SHADOW_LIGHT,
+            gloss=self.specular,
+            rounds_down=True,
         )
 
 
 class SolidScene:
-    """A copy of a scene with opaque shapes, cached until the scene changes."""
+    """A copy of a scene with the colours of TinyRenderer, cached until the scene changes."""
 
     def __init__(self) -> None:
         """Start without a cached scene."""
         self._made: tuple[RenderScene, int, RenderScene] | None = None
 
     def of(self, scene: RenderScene) -> RenderScene:
-        """Return the scene with every partly transparent shape opaque; the scene itself if there is none."""
+        """Return the scene with partly transparent shapes opaque, and colours cut to 8 bits."""
         made = self._made
         if made is not None and made[0] is scene and made[1] == scene.revision:
             return made[2]
+        colors = [_solid(shape.rgba) for shape in scene.shapes]
         solid = scene
-        if any(0.0 < shape.rgba[3] < 1.0 for shape in scene.shapes):
-            shapes = tuple(
-                replace(shape, rgba=(*shape.rgba[:3], 1.0)) if 0.0 < shape.rgba[3] < 1.0 else shape
-                for shape in scene.shapes
-            )
+        if any(color != shape.rgba for color, shape in zip(colors, scene.shapes, strict=True)):
+            pairs = zip(scene.shapes, colors, strict=True)
+            shapes = tuple(replace(shape, rgba=color) for shape, color in pairs)
             solid = replace(scene, shapes=shapes, extra={})
         self._made = (scene, scene.revision, solid)
         return solid
+
+
+def _solid(rgba: RGBA) -> RGBA:
+    red, green, blue = (min(max(int(255.0 * part + 1e-9), 0), 255) / 255.0 for part in rgba[:3])
+    return red, green, blue, 1.0 if rgba[3] > 0.0 else rgba[3]

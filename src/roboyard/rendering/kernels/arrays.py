@@ -61,7 +61,8 @@ class Sunlight(NamedTuple):
     """The light and its shadow map."""
 
     light: Array
-    """(11,): unit vector to the sun, RGB, ambient, diffuse, specular, sky fraction, shadow leak."""
+    """(13,): unit vector to the sun, RGB, ambient, diffuse, specular, sky fraction, shadow leak, gloss, and
+    what is added to levels before they are cut."""
     nearness: NDArray[np.float32]
     """(size * size,) shadow map: nearness to the sun of the first surface."""
     tiles: NDArray[np.float32]

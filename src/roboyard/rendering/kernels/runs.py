@@ -106,16 +106,25 @@ def cast_shadows(work, start, end, sun):
 
 
 @inlined
-def light_up(work, row, first, end, view, light):
-    """Light colours: ambient, sun, sky and Blinn's highlight with exponent 32."""
+def light_up(work, row, first, end, view, sun):
+    """Light colours: ambient, sun, sky, gloss and Blinn's highlight with exponent 32."""
+    light = sun.light
     d = at_pixel(view.directions, first + 0.5, row + 0.5)
     dx, dy, dz = F(d[0]), F(d[1]), F(d[2])
     vx, vy, vz = F(view.directions[1, 0]), F(view.directions[1, 1]), F(view.directions[1, 2])
     sx, sy, sz = F(light[0]), F(light[1]), F(light[2])
     red, green, blue, ambient = F(light[3]), F(light[4]), F(light[5]), F(light[6])
     direct, sky = F(light[7] * (1.0 - light[9])), F(light[7] * light[9] * 0.5)
-    for k in range(I(end - first)):
-        work[FACING + k] = direct * work[SUN + k] * work[FACING + k] + sky * (ONE + work[NZ + k])
+    if light[11] > 0.0:
+        gloss, beyond = F(light[11]), F(light[10]) if sun.size > 0 else ONE
+        for k in range(I(end - first)):
+            nx, ny, nz, facing = work[NX + k], work[NY + k], work[NZ + k], work[FACING + k]
+            up = max((nx * sx + ny * sy + nz * sz) * (nz + nz) - sz, ZERO)
+            share = work[SUN + k] if facing > ZERO else beyond
+            work[FACING + k] = share * (direct * facing + gloss * up * up) + sky * (ONE + nz)
+    else:
+        for k in range(I(end - first)):
+            work[FACING + k] = direct * work[SUN + k] * work[FACING + k] + sky * (ONE + work[NZ + k])
     if light[8] > 0.0:
         for k in range(I(end - first)):
             t = F(np.int32(k))
@@ -157,10 +166,11 @@ def fade_out(work, count, behind):
 
 
 @inlined
-def write_run(work, count, out, p):
-    """Write the opaque colours of a run as packed bytes to `out`, from pixel p."""
+def write_run(work, count, more, out, p):
+    """Write the opaque colours of a run as packed bytes to `out`, from pixel p; `more` is added to levels."""
+    more = F(more)
     for k in range(I(count)):
-        red = np.int32(min(work[RED + k], ONE) * FULL + HALF)
-        green = np.int32(min(work[GREEN + k], ONE) * FULL + HALF)
-        blue = np.int32(min(work[BLUE + k], ONE) * FULL + HALF)
+        red = np.int32(min(work[RED + k], ONE) * FULL + more)
+        green = np.int32(min(work[GREEN + k], ONE) * FULL + more)
+        blue = np.int32(min(work[BLUE + k], ONE) * FULL + more)
         out[I(p) + k] = np.uint32(red | (green << np.int32(8)) | (blue << np.int32(16)) | OPAQUE)

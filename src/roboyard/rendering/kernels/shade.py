@@ -77,12 +77,12 @@ def shade(
                     work, code, row, start, end, first, view, instances, meshes, paint, sun, background.fade
                 )
                 start = end
-            if sun.light[7] > 0.0 or sun.light[8] > 0.0:
+            if sun.light[7] > 0.0 or sun.light[8] > 0.0 or sun.light[11] > 0.0:
                 lay_light(work, row, first, column, view, sun)
                 reach = sun.shaded
                 if reach[2] <= row <= reach[3]:
                     cast_shadows(work, max(first, reach[0]) - first, min(column, reach[1] + 1) - first, sun)
-                light_up(work, row, first, column, view, sun.light)
+                light_up(work, row, first, column, view, sun)
             else:
                 light_evenly(work, column - first, sun.light[6])
             if background.fade[0] < np.inf:
@@ -95,7 +95,7 @@ def shade(
                 for k in range(I(column - first)):
                     out[p + k] = blended(front, p + k, (*color_of(work, k), ONE))
             else:
-                write_run(work, column - first, out, p)
+                write_run(work, column - first, sun.light[12], out, p)
 
 
 @without_refcounts
