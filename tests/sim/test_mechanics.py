@@ -288,6 +288,55 @@ def test_armature_adds_to_the_inertia_of_a_hinge() -> None:
     assert speeds[0] == pytest.approx(2 * speeds[1], rel=1e-3)
 
 
+def test_masses_set_at_run_time_equal_those_set_before() -> None:
+    """All that MuJoCo derives from masses, without a new compilation; pooled rows do not count."""
+    hinge = Joint(name="hinge", type="continuous", parent="base", child="load", axis=(0, 0, 1))
+    links = (point("base", 1.0, 0.25), point("load", 1.0, 0.5))
+    new = Inertial(mass=3.0, inertia=(0.7, 0, 0, 0.6, 0, 0.5))
+    worlds = []
+    for live in (True, False):
+        world = weightless()
+        body = world.add_description(RobotDescription(name="pair", links=links, joints=(hinge,)))
+        world.add_sphere(0.1, mass=0.5, position=(2, 0, 0))
+        if live:
+            body.set_velocity((0.5, 0.0, 0.0), (0.0, 0.0, 1.0))
+            world.step()
+        compiled = world.live_model if live else None
+        body.link("load").set_inertial(new)
+        assert compiled is None or world.live_model is compiled
+        speed = body.link("load").com_velocity[0]
+        assert not live or speed == pytest.approx((0.5, 0.0, 0.0), abs=1e-2)
+        world.step()
+        worlds.append(world)
+    running, fresh = (world.model for world in worlds)
+    for name in ("body_mass", "body_inertia", "body_subtreemass", "body_invweight0", "dof_M0"):
+        np.testing.assert_allclose(getattr(running, name), getattr(fresh, name), rtol=1e-9, err_msg=name)
+    np.testing.assert_allclose(running.dof_invweight0, fresh.dof_invweight0, rtol=1e-9)
+    assert running.stat.meaninertia == pytest.approx(fresh.stat.meaninertia)
+
+
+def test_a_new_centre_of_mass_or_no_mass_compiles_again() -> None:
+    world = weightless()
+    body = world.add_box((0.2, 0.2, 0.2), (0, 0, 1))
+    world.step()
+    moved = Inertial(mass=2.0, origin=Pose(position=(0.05, 0, 0)), inertia=(0.1, 0, 0, 0.1, 0, 0.1))
+    body.links[0].set_inertial(moved)
+    world.step()
+    np.testing.assert_array_equal(world.model.body_ipos[body.mujoco_ids[0]], (0.05, 0, 0))
+    assert world.model.body_simple[body.mujoco_ids[0]] == 0
+
+
+def test_totals_are_right_where_a_body_of_another_mass_is_removed() -> None:
+    world = weightless()
+    boxes = [world.add_box((0.2, 0.2, 0.2), (k, 0, 1), mass=1.0) for k in range(4)]
+    world.step()
+    boxes[1].links[0].set_inertial(Inertial(mass=5.0, inertia=(0.1, 0, 0, 0.1, 0, 0.1)))
+    world.step()
+    world.remove(boxes[1])
+    world.step()
+    assert world.live_model.body_subtreemass[0] == pytest.approx(3.0)
+
+
 def test_effort_on_a_hinge_reacts_on_a_free_base() -> None:
     hinge = Joint(name="hinge", type="continuous", parent="base", child="load", axis=(0, 0, 1))
     links = (point("base", 1.0, 0.25), point("load", 1.0, 0.5))

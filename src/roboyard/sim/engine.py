@@ -72,6 +72,8 @@ class Engine(Generic[BodyT]):
         """(nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z before the last position update,
         where MuJoCo's arrays hold later ones."""
         self._inertia_changed = False
+        self._reference: Any = None
+        """MjData in which MuJoCo computes what depends on masses alone; created when masses change."""
         self._geom_owners: np.ndarray | None = None
         self._memory_least = MEMORY_LEAST
         """Bytes of the arena that this world has needed."""
@@ -178,8 +180,21 @@ class Engine(Generic[BodyT]):
         self._stale = True
 
     def mark_inertia_changed(self) -> None:
-        """Note that inertias were written: MuJoCo's contact weights are recomputed at the next step."""
+        """Note that masses or inertias were written: what MuJoCo computes of them is updated when it is next
+        needed.
+        """
         self._inertia_changed = self._moved = self._velocity_moved = True
+
+    def _sum_inertia(self) -> None:
+        """Compute masses of trees, contact weights and mean inertia again."""
+        self._inertia_changed = False
+        if self._reference is None:
+            self._reference = mujoco.MjData(self._model)
+        mujoco.mj_setConst(self._model, self._reference)
+        if self._model.nv:
+            self._model.stat.meaninertia = self._model.dof_M0.mean()  # as a compilation does
+        self.pool.update_inertia()
+        bound_inverse_weights(self._model)
 
     def mark_moved(self) -> None:
         """Note that positions or velocities were written: recompute derived quantities when they are read."""
@@ -229,6 +244,7 @@ class Engine(Generic[BodyT]):
         except (ValueError, mujoco.FatalError) as error:
             raise ModelError(f"MuJoCo rejects the world: {' '.join(str(error).split())[:500]}") from error
         self._stale = self._inertia_changed = False
+        self._reference = None
         bound_inverse_weights(self._model)
         self.revision += 1
         self._set_contact_law(self.body_by_id.values())
@@ -366,6 +382,8 @@ class Engine(Generic[BodyT]):
         if self._stale:
             self.ensure_compiled()
         if self._moved:
+            if self._inertia_changed:
+                self._sum_inertia()
             if self.keeps_frames and self.kept_frames is None:
                 self.kept_frames = self._data.xpos.copy(), self._data.xquat.copy()
             mujoco.mj_kinematics(self._model, self._data)

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboyard.description.mass_properties import TRACE_NOTE, mass_properties
+from roboyard.description.mass_properties import TRACE_NOTE, MassProperties, mass_properties
 from roboyard.description.model import Inertial
 from roboyard.sim.build.masses import write_mass
 from roboyard.sim.build.records import BuiltLink
@@ -109,9 +109,17 @@ class Link:
         given = (inertial.mass, *inertial.origin.position, *inertial.origin.quaternion, *inertial.inertia)
         if not np.isfinite(given).all():
             raise ValueError(f"link {self.name!r}: mass properties must be finite, got {inertial}")
-        self._built.mass = mass_properties(inertial)
-        write_mass(self._built.element, self._built.mass)
-        self.body.world.mark_stale()
+        old, world = self._built.mass, self.body.world
+        self._built.mass = new = mass_properties(inertial)
+        write_mass(self._built.element, new)
+        if world.is_stale:
+            return
+        if old is None or not (old.mass and new.mass and _has_axes_of(new, old)):
+            world.mark_stale()  # the structure of MuJoCo's model depends on it
+            return
+        model, row = world.live_model, self.body.mujoco_ids[self.index]
+        model.body_mass[row], model.body_inertia[row] = new.mass, new.principal
+        world.mark_inertia_changed()
 
     # --------------------------------------------------------------------------------------------- contact
 
@@ -240,3 +248,10 @@ class Link:
             RoboyardError: a number is not finite.
         """
         self.body.world.wrenches.add(self, force, torque, point, local)
+
+
+def _has_axes_of(new: MassProperties, old: MassProperties) -> bool:
+    """Return whether two links have the same centre of mass and principal axes."""
+    return (
+        new.position.tolist() == old.position.tolist() and new.quaternion.tolist() == old.quaternion.tolist()
+    )

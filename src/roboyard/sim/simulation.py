@@ -16,7 +16,6 @@ from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.appearance.render_shapes import RenderShapes
 from roboyard.sim.body import Body
 from roboyard.sim.build.bodies import build, discard
-from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.records import BuildOptions, Built
 from roboyard.sim.build.solver_options import Solver
 from roboyard.sim.engine import Engine
@@ -300,10 +299,7 @@ class Simulation(Engine[Body]):
 
     def _advance(self, n: int) -> None:
         if self._inertia_changed:
-            self._inertia_changed = False
-            mujoco.mj_setConst(self._model, mujoco.MjData(self._model))
-            self.pool.update_inertia()
-            bound_inverse_weights(self._model)
+            self._sum_inertia()
         if self.windows.is_active:
             if n > 1:
                 for _ in range(n):

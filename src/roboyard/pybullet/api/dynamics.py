@@ -157,7 +157,7 @@ def changeDynamics(
         state.is_anchored = bool(frictionAnchor)
         scene.world.surfaces.set_anchor(record.body.links[linkIndex + 1], is_anchored=bool(frictionAnchor))
     if number(collisionMargin) >= 0:
-        state.collision_margin = collisionMargin
+        state.collision_margin, state.is_solid = collisionMargin, False
         record.link_boxes = None
     if linkIndex >= 0:
         joint = record.body.joints[linkIndex]
@@ -177,10 +177,14 @@ def _set_mass(
     moments: tuple[float, float, float] | None,
 ) -> None:
     state = record.links[link + 1]
+    is_known = mass > 0.0 and mass == state.mass and (link >= 0 or not record.model.fixed_base)
+    by_shape = moments is None
     if moments is None:
+        if is_known and state.is_solid:
+            return
         moments = shape_moments(mass, *record.bounds(link))
-    is_known = mass > 0.0 and mass == state.mass and moments == state.moments
-    if is_known and (link >= 0 or not record.model.fixed_base):
+    state.is_solid = by_shape
+    if is_known and moments == state.moments:
         return
     state.mass, state.moments = float(mass), moments
     if mass > 0.0 and link == -1 and record.model.fixed_base and not _has_plane(record):

@@ -109,6 +109,8 @@ class LinkState:
     """Whether friction pulls contacts back to where they began."""
     collision_margin: float | None = None
     """Collision margin set by a script (m)."""
+    is_solid: bool = False
+    """Whether the moments are known to be those of the shapes with this mass."""
 
 
 class BodyRecord:

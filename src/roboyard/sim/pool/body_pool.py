@@ -190,8 +190,7 @@ class BodyPool:
 
     def update_inertia(self) -> None:
         """Correct the totals of the world after inertias were written; inactive bodies do not count."""
-        if self.inactive:
-            self._rows.update_inertia()
+        self._rows.update_inertia()
 
     def _pooled_templates(self) -> list[BodyTemplate]:
         """Return the templates of the last additions whose layout was seen at least twice."""
