@@ -9,11 +9,12 @@ from typing import Any
 import llvmlite.binding as llvm
 import numpy as np
 from numba import carray, cfunc, njit, types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 from roboyard.native.called import called_functions
 from roboyard.native.python_functions import PYTHON, WORD
-from roboyard.native.signatures import Argument, FrontSignature, Record, Signature
+from roboyard.native.signatures import Argument, EntrySignature, FrontSignature, Record, Signature
 
 FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
 """LLVM's freedoms that keep infinite and undefined numbers as they are."""
@@ -50,7 +51,11 @@ def jit(
 
 
 def machine_code(
-    function: FunctionType, signature: Signature | FrontSignature, name: str, *, is_small: bool
+    function: FunctionType,
+    signature: Signature | FrontSignature | EntrySignature,
+    name: str,
+    *,
+    is_small: bool,
 ) -> bytes:
     """Return an object file with a loop as the function `name`, which has no other public name.
 
@@ -64,6 +69,10 @@ def machine_code(
         name: name in the object file.
         is_small: whether code and constants stand within 2 GiB of each other, else anywhere.
     """
+    if isinstance(signature, EntrySignature):
+        options: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+        own = {"part": njit(**options), "words": _words, "word": _word}
+        return _compiled(signature.source, own | PYTHON, 4, name, is_small)
     loop = jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan)
     values: dict[str, Any] = {"_loop": loop, "np": np, **PYTHON}
     if isinstance(signature, FrontSignature):
@@ -172,6 +181,31 @@ def _pointer(context: Any, address: Any) -> Any:
         return builder.inttoptr(arguments[0], context.get_value_type(types.voidptr))
 
     return types.voidptr(address), generate
+
+
+WORDS = 64
+"""Words of memory that an entry gets from `words()`."""
+
+
+@intrinsic
+def _words(context: Any) -> Any:
+    """Return the address of `WORDS` words of memory that last until the function returns."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return cgutils.alloca_once(builder, context.get_value_type(WORD), size=WORDS)
+
+    return types.CPointer(WORD)(), generate
+
+
+@intrinsic
+def _word(context: Any, address: Any, place: Any) -> Any:
+    """Return the word at a place behind an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        start = builder.inttoptr(arguments[0], context.get_value_type(WORD).as_pointer())
+        return builder.load(builder.gep(start, [arguments[1]]))
+
+    return WORD(WORD, WORD), generate
 
 
 def _view_name(argument: Argument) -> str:

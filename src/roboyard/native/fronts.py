@@ -12,7 +12,7 @@ from collections.abc import Callable
 from types import FunctionType
 from typing import Any, TypeVar
 
-from roboyard.native.signatures import DTYPES, FrontSignature, Numbers
+from roboyard.native.signatures import DTYPES, EntrySignature, FrontSignature, Numbers
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -20,11 +20,12 @@ F = TypeVar("F", bound=Callable[..., Any])
 class Front:
     """The compiled part of a function: from a few numbers to a tuple of numbers."""
 
-    def __init__(self, core: FunctionType, signature: FrontSignature) -> None:
+    def __init__(self, core: FunctionType, signature: FrontSignature | EntrySignature) -> None:
         """Create the front; it is compiled or loaded when its address is asked for.
 
         Args:
-            core: Python source with one argument for each number; numba can compile it.
+            core: Python source with one argument for each number; numba can compile it. Of a front that is
+                its own entry any function beside whose source file the code is stored.
             signature: the vectors that the numbers come from and go to.
         """
         self.core, self.signature = core, signature

@@ -21,8 +21,9 @@ from roboyard.native.called import source_of
 from roboyard.native.images import image_from_bytes, image_of
 from roboyard.native.memory import images_can_be_loaded, load_image, missing_functions
 from roboyard.native.processor import processor
-from roboyard.native.signatures import FrontSignature, Signature
+from roboyard.native.signatures import EntrySignature, FrontSignature, Signature
 
+AnySignature = Signature | FrontSignature | EntrySignature
 _LAYOUT = 8
 """Increased whenever arguments are passed, or loops compiled, in another way."""
 _DIGEST = 32
@@ -33,7 +34,7 @@ _IMAGE = b"image of roboyard"
 _engines: list[Any] = []  # they own the machine code
 
 
-def address_of(function: FunctionType, signature: Signature | FrontSignature) -> int:
+def address_of(function: FunctionType, signature: AnySignature) -> int:
     """Return the address of a loop's machine code, stored or compiled now; 0 where it cannot be used."""
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0") or not arrays_have_the_known_layout():
         return 0
@@ -47,12 +48,12 @@ def address_of(function: FunctionType, signature: Signature | FrontSignature) ->
     return _load(content, name)
 
 
-def is_stored(function: FunctionType, signature: Signature | FrontSignature) -> bool:
+def is_stored(function: FunctionType, signature: AnySignature) -> bool:
     """Return whether a loop's machine code is stored, so that loading it compiles nothing."""
     return _stored_at(function, signature)[0].exists()
 
 
-def can_be_kept(function: FunctionType, signature: Signature | FrontSignature) -> bool:
+def can_be_kept(function: FunctionType, signature: AnySignature) -> bool:
     """Return whether a loop is stored, or can be compiled and stored for later processes."""
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0") or not arrays_have_the_known_layout():
         return False
@@ -63,7 +64,7 @@ def can_be_kept(function: FunctionType, signature: Signature | FrontSignature) -
     return path.exists() or os.access(folder, os.W_OK)
 
 
-def _built(function: FunctionType, signature: Signature | FrontSignature, name: str) -> bytes:
+def _built(function: FunctionType, signature: AnySignature, name: str) -> bytes:
     """Compile a loop and return its image, or an object file where this machine does not execute images.
 
     Raises:
@@ -107,7 +108,7 @@ def arrays_have_the_known_layout() -> bool:
     )
 
 
-def _stored_at(function: FunctionType, signature: Signature | FrontSignature) -> tuple[Path, str]:
+def _stored_at(function: FunctionType, signature: AnySignature) -> tuple[Path, str]:
     """Return the file of a loop's machine code, and the name of the function in it.
 
     All versions of Python execute the same code: it uses functions of Python that they all have. Builds whose

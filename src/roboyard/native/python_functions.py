@@ -11,15 +11,30 @@ WORD = types.int64
 PYTHON: dict[str, Any] = {
     name: types.ExternalFunction(name, signature)
     for name, signature in {
+        "PyCell_Get": WORD(WORD),
+        "PyDict_Clear": types.void(WORD),
+        "PyDict_GetItemWithError": WORD(WORD, WORD),
+        "PyDict_SetItem": types.int32(WORD, WORD, WORD),
+        "PyDict_Size": WORD(WORD),
+        "PyDict_Values": WORD(WORD),
         "PyErr_BadArgument": types.int32(),
         "PyErr_Clear": types.void(),
+        "PyErr_Fetch": types.void(types.CPointer(WORD), types.CPointer(WORD), types.CPointer(WORD)),
+        "PyErr_NormalizeException": types.void(
+            types.CPointer(WORD), types.CPointer(WORD), types.CPointer(WORD)
+        ),
         "PyErr_Occurred": WORD(),
         "PyEval_RestoreThread": types.void(WORD),
         "PyEval_SaveThread": WORD(),
+        "PyException_SetTraceback": types.int32(WORD, WORD),
         "PyFloat_AsDouble": types.float64(WORD),
         "PyFloat_FromDouble": WORD(types.float64),
+        "PyFunction_GetClosure": WORD(WORD),
+        "PyList_GetItem": WORD(WORD, WORD),
+        "PyList_Size": WORD(WORD),
         "PyLong_AsLongLong": WORD(WORD),
         "PyLong_FromLongLong": WORD(WORD),
+        "PyObject_Type": WORD(WORD),
         "PyObject_Vectorcall": WORD(WORD, types.CPointer(WORD), WORD, WORD),
         "PySequence_GetItem": WORD(WORD, WORD),
         "PySequence_Size": WORD(WORD),

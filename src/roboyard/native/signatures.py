@@ -100,6 +100,18 @@ class FrontSignature:
     no_nan: bool = False
 
 
+@dataclass(frozen=True)
+class EntrySignature:
+    """A front that is the source of its own entry, `entry(callee, given, count, keywords)`."""
+
+    source: str
+    """Python that numba can compile.
+
+    It may call all of `python_functions.PYTHON`, `words()`, which gives 64 words of memory that last until it
+    returns, and `word(address, place)`. Functions that it calls are decorated with `part`.
+    """
+
+
 def record(made_by: type, text: str) -> Record:
     """Return a named tuple as an argument; `text` has the types of its fields, as a signature has.
 

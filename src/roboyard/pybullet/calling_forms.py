@@ -18,6 +18,7 @@ from roboyard.pybullet.api.math.camera_matrices import (
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, whole
+from roboyard.pybullet.face.direct_calls import forget
 from roboyard.pybullet.face.errors import failure
 
 Vector = Sequence[float]
@@ -78,6 +79,7 @@ def _load_urdf(
     physicsClientId: int = 0,
 ) -> int:
     client: Any = CLIENTS[physicsClientId]
+    forget()
     return client.loadURDF(
         fileName, basePosition, baseOrientation, useMaximalCoordinates, useFixedBase, flags, globalScaling
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.client import Client
 from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.direct_calls import DIRECT, forget
 from roboyard.pybullet.face.errors import failure, unavailable
 
 if TYPE_CHECKING:
@@ -82,6 +83,9 @@ def connect(method: int, *args: Any, **kwargs: Any) -> int:
         return -1
     number = CLIENTS.lowest_free()
     CLIENTS[number] = client
+    forget()
+    if type(client) is Client:
+        DIRECT[number] = client
     return number
 
 
@@ -154,7 +158,11 @@ def disconnect(physicsClientId: int = 0) -> None:
     """
     client = CLIENTS[physicsClientId]
     del CLIENTS[physicsClientId]
-    client.close()
+    try:
+        client.close()
+    finally:
+        DIRECT.pop(physicsClientId, None)
+        forget()
 
 
 def isConnected(physicsClientId: int = 0) -> int:
@@ -184,4 +192,4 @@ def getAPIVersion(physicsClientId: int = 0) -> int:
 @atexit.register
 def _close_all() -> None:
     for number in list(CLIENTS):
-        CLIENTS.pop(number).close()
+        disconnect(number)

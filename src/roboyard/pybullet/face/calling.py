@@ -20,11 +20,9 @@ from itertools import count
 from typing import Any
 
 from roboyard._bytecode import code_of
-from roboyard.errors import RoboyardError
+from roboyard.pybullet.face.direct_calls import CAN_START, MANY, MOST, REFUSED, START, call_of
 from roboyard.pybullet.face.errors import error, world_failure
 
-REFUSED = (RoboyardError, ValueError)
-"""Errors of the layers below for values that they refuse; scripts get them as `error`."""
 MANY_CALLS, MOST_CALLS = 100, 5000
 """After so many calls a stored front is loaded (0.3 ms), or one is compiled once and for all (0.7 s)."""
 _FASTCALL_WITH_KEYWORDS = 0x0080 | 0x0002
@@ -185,20 +183,25 @@ def public(
     if required:
         missing = " or ".join(f"{p} is _missing" for p in required)
         lines.append(f"if {missing}: _required({name!r}, {', '.join(f'{p}={p}' for p in required)})")
-    values |= {"_error": error, "_refused": REFUSED, "_world_failure": world_failure}
+    values |= {"_error": error, "_refused": REFUSED}
     lines += [
         "try:",
         f"    return _clients[physicsClientId].{name}({', '.join(passed)})",
         "except _error:",
         "    raise",
         "except _refused as problem:",
-        f"    raise _world_failure({name!r}, problem) from problem",
+        "    _call.failure(problem)",
     ]
-    source = f"def {name}({', '.join(shown)}):\n    " + "\n    ".join(lines)
-    exec(code_of(source, f"<{_MODULE}.{name}>"), values)  # noqa: S102 - source built from our own signatures
-    made: types.FunctionType = values[name]
+    if CAN_START:
+        values |= {"_next": next, "_numbers": START.numbers, "_when": (MANY, MOST), "_enter": START.enter}
+        lines.insert(0, "if _next(_numbers) in _when: _enter()")
+    source = "\n    ".join((f"def public(_call):\n  def {name}({', '.join(shown)}):", *lines))
+    exec(code_of(f"{source}\n  return {name}", f"<{_MODULE}.{name}>"), values)  # noqa: S102 - our own source
+    made: Any = values["public"](call_of(command, tuple(passed), tuple(required)))
     made.__doc__ = command.__doc__
-    made.__module__ = module
+    made.__module__, made.__qualname__ = module, name
+    if CAN_START:
+        made.entered = START
     return made
 
 

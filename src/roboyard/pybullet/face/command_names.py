@@ -117,3 +117,46 @@ HOMES: Mapping[str, str] = {
     name: f"roboyard.pybullet.api.{topic}" for topic, names in TOPICS.items() for name in names
 }
 """Command to the full name of its module."""
+
+KEPT_ANSWERS = frozenset(
+    (
+        "computeDofCount",
+        "getBodyInfo",
+        "getBodyUniqueId",
+        "getCollisionShapeData",
+        "getConstraintInfo",
+        "getConstraintUniqueId",
+        "getDynamicsInfo",
+        "getJointInfo",
+        "getNumBodies",
+        "getNumConstraints",
+        "getNumJoints",
+        "getNumUserData",
+        "getUserData",
+        "getUserDataId",
+        "getUserDataInfo",
+        "getVisualShapeData",
+    )
+)
+"""Commands whose answers stay the same until one of `changes_kept_answers` is called."""
+
+_READING = ("get", "calculate", "compute", "rayTest", "sync")
+_HARMLESS = frozenset(
+    (
+        *("applyExternalForce", "applyExternalTorque", "setJointMotorControl2", "setJointMotorControlArray"),
+        *("setJointMotorControlMultiDof", "setJointMotorControlMultiDofArray", "addUserDebugLine"),
+        *("addUserDebugText", "addUserDebugPoints", "addUserDebugParameter"),
+        *("resetBasePositionAndOrientation", "resetBaseVelocity", "resetJointState", "stepSimulation"),
+        *("resetJointStateMultiDof", "resetJointStatesMultiDof", "enableJointForceTorqueSensor"),
+        *("readUserDebugParameter", "removeUserDebugItem", "removeAllUserDebugItems"),
+        *("setGravity", "setTimeStep", "setRealTimeSimulation", "setTimeOut", "setPhysicsEngineParameter"),
+        *("setDefaultContactERP", "setAdditionalSearchPath", "submitProfileTiming"),
+        *("setCollisionFilterPair", "setCollisionFilterGroupMask", "performCollisionDetection"),
+        *("configureDebugVisualizer", "resetDebugVisualizerCamera", "saveState", "removeState"),
+    )
+)
+
+
+def changes_kept_answers(name: str) -> bool:
+    """Return whether a command may change what a command of `KEPT_ANSWERS` returns."""
+    return name not in _HARMLESS and not name.startswith(_READING)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.face import wire
 from roboyard.pybullet.face.commands import COMMANDS
+from roboyard.pybullet.face.direct_calls import DIRECT
 from roboyard.pybullet.face.errors import failure
 from roboyard.untrusted.files import read_file
 
@@ -41,6 +42,9 @@ class CommandLog:
         ]
         for name in self._commands:
             setattr(client, name, self._logged(name))
+        self._numbers = [number for number, one in DIRECT.items() if one is client]
+        for number in self._numbers:  # a log sees only methods
+            del DIRECT[number]
 
     def record(self) -> None:
         """Do nothing: stepSimulation is logged as a command."""
@@ -49,6 +53,7 @@ class CommandLog:
         """Stop logging and close the file."""
         for name in self._commands:
             self._client.__dict__.pop(name, None)
+        DIRECT.update(dict.fromkeys(self._numbers, self._client))
         self._file.close()
 
     def _logged(self, name: str) -> Any:

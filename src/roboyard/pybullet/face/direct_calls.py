@@ -1,0 +1,121 @@
+"""Data from which machine code calls commands directly, and when that begins; see `entries`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from ctypes import POINTER, c_int64, c_void_p, cast, sizeof
+from functools import partial
+from itertools import count
+from typing import Any, NamedTuple
+
+from roboyard.errors import RoboyardError
+from roboyard.pybullet.face.command_names import KEPT_ANSWERS, changes_kept_answers
+from roboyard.pybullet.face.errors import error, world_failure
+
+REFUSED = (RoboyardError, ValueError)
+"""Errors of the layers below for values that they refuse; scripts get them as `error`."""
+MANY, MOST = 1000, 5000
+"""After so many calls of commands stored machine code is loaded (0.4 ms), or compiled once and for all."""
+DIRECT: dict[int, Any] = {}
+"""Clients in this process, by number, whose methods are the commands themselves."""
+FILLED: dict[Any, dict[Any, Any]] = {}
+"""Command to its kept answers by the arguments, where there are any."""
+
+
+class Call(NamedTuple):
+    """A command as the machine code sees it; `entries.SOURCE` has the same order."""
+
+    clients: dict[int, Any]
+    """`DIRECT`, which is also the mark for nothing below."""
+    command: Callable[..., Any]
+    failure: Callable[[Exception], None]
+    """Raises what scripts get for what the command raised."""
+    client_name: str
+    zero: int
+    names: tuple[str, ...]
+    """Names of its parameters."""
+    required: tuple[str, ...]
+    """Those that must be given in their places, since their absence has an error of its own."""
+    known: dict[Any, Any]
+    """Its kept answers."""
+    filled: dict[Any, Any]
+    changed: dict[Any, Any]
+    """`FILLED` where the command may change kept answers."""
+
+
+def call_of(command: Callable[..., Any], names: tuple[str, ...], required: tuple[str, ...]) -> Call:
+    """Return what the machine code needs to call a command."""
+    name = command.__name__
+    return Call(
+        clients=DIRECT,
+        command=command,
+        failure=partial(fail, name),
+        client_name=sys.intern("physicsClientId"),
+        zero=0,
+        names=tuple(map(sys.intern, names)),
+        required=required,
+        known={} if name in KEPT_ANSWERS else DIRECT,
+        filled=FILLED,
+        changed=FILLED if changes_kept_answers(name) else DIRECT,
+    )
+
+
+def fail(name: str, problem: Exception) -> None:
+    """Raise `error` for what the world refuses, and any other exception as it is."""
+    if isinstance(problem, error) or not isinstance(problem, REFUSED):
+        raise problem
+    raise world_failure(name, problem) from problem
+
+
+def forget() -> None:
+    """Drop all kept answers."""
+    for known in FILLED.values():
+        known.clear()
+    FILLED.clear()
+
+
+class Start:
+    """Counts the calls of commands; after many of them built-ins enter the machine code."""
+
+    def __init__(self) -> None:
+        """Begin to count."""
+        self.numbers = count(1)
+        self._address = 0
+        self._definitions: list[Any] = []
+
+    def enter(self) -> None:
+        """Load the machine code, where that costs little, and let all built-ins enter it."""
+        from roboyard.pybullet.face.entries import FRONT
+
+        is_last = next(self.numbers) > MOST
+        self._address = FRONT.address() if FRONT.is_stored or (is_last and FRONT.is_cheap) else 0
+        for definition in self._definitions if self._address else ():
+            definition.function = self._address
+
+    def append(self, definition: Any) -> None:
+        """Take the definition of a built-in, which enters the machine code now or later."""
+        self._definitions.append(definition)
+        if self._address:
+            definition.function = self._address
+
+
+def _objects_are_as_known() -> bool:
+    """Return whether types, tuples and cells are where the machine code reads them."""
+    if sys.implementation.name != "cpython" or sizeof(c_void_p) != 8:
+        return False
+
+    def words(value: object) -> Any:
+        return cast(id(value), POINTER(c_int64))
+
+    cell = (lambda: words).__closure__
+    assert cell is not None
+    return (
+        words(words)[1] == id(type(words))
+        and words(cell)[2:4] == [1, id(cell[0])]
+        and words(cell[0])[2] == id(words)
+    )
+
+
+START = Start()
+CAN_START = _objects_are_as_known()

@@ -1,0 +1,174 @@
+"""Commands called by machine code: the same answers and errors as through Python, for all arguments."""
+
+from __future__ import annotations
+
+import gc
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+import roboyard.pybullet as p
+from roboyard.native.objects import arrays_have_the_known_layout
+from roboyard.pybullet import functions
+from roboyard.pybullet.face import command_names, direct_calls
+from roboyard.pybullet.face.commands import COMMANDS
+from roboyard.pybullet.face.entries import FRONT
+from roboyard.pybullet_data import getDataPath
+
+pytestmark = pytest.mark.skipif(
+    not (direct_calls.CAN_START and arrays_have_the_known_layout()), reason="machine code is not used here"
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _machine_code() -> None:
+    assert FRONT.address()
+    direct_calls.START.enter()
+
+
+@pytest.fixture
+def box() -> Iterator[int]:
+    client = p.connect(p.DIRECT)
+    assert client == 0
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3])
+    yield p.createMultiBody(2.0, shape, basePosition=[0, 0, 1])
+    p.disconnect()
+
+
+def python(name: str) -> Any:
+    """Return the public function without machine code."""
+    return functions.public_function(name).__self__  # type: ignore[attr-defined]
+
+
+CALLS: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
+    ("getNumBodies", (), {}),
+    ("getNumBodies", (), {"physicsClientId": 0}),
+    ("getNumBodies", (0,), {}),
+    ("getNumBodies", (1, 2), {}),
+    ("getNumBodies", (), {"physicsClientId": True}),
+    ("getNumBodies", (), {"physicsClientId": 0.0}),
+    ("getNumBodies", (), {"physicsClientId": 7}),
+    ("getNumBodies", (), {"clientId": 0}),
+    ("getNumJoints", (0,), {}),
+    ("getNumJoints", (1.0,), {}),
+    ("getNumJoints", ("0",), {}),
+    ("getNumJoints", (True,), {}),
+    ("getNumJoints", (10**30,), {}),
+    ("getNumJoints", (), {}),
+    ("getNumJoints", (0, 0, 0), {}),
+    ("getNumJoints", (), {"bodyUniqueId": 0}),
+    ("getNumJoints", (0,), {"bodyUniqueId": 0}),
+    ("getNumJoints", (), {"bodyUniqueId": 0, "physicsClientId": 0}),
+    ("getNumJoints", (), {"physicsClientId": 0, "bodyUniqueId": 0}),
+    ("getBodyInfo", (5,), {}),
+    ("getDynamicsInfo", (0, -1), {}),
+    ("getDynamicsInfo", (0, -1), {"physicsClientId": 0}),
+    ("getDynamicsInfo", (0, -2), {}),
+    ("getDynamicsInfo", (0, 3), {}),
+    ("getDynamicsInfo", ([0], -1), {}),
+    ("getJointInfo", (0, 0), {}),
+    ("getBasePositionAndOrientation", (0,), {}),
+    ("getBasePositionAndOrientation", (3,), {}),
+    ("resetBaseVelocity", (0, [float("inf"), 0, 0]), {}),
+    ("resetBasePositionAndOrientation", (0, [0, 0, 1], [0, 0, 0]), {}),
+    ("setJointMotorControl2", (0,), {}),
+    ("setJointMotorControl2", (0, 0), {"controlMode": 2, "physicsClientId": 0}),
+    ("setJointMotorControl2", (), {"bodyIndex": 0, "jointIndex": 0, "controlMode": 2}),
+    ("changeDynamics", (0, -1), {"mass": float("nan")}),
+    ("changeDynamics", (0, -1), {"lateralFriction": 0.7, "physicsClientId": 0, "restitution": 0.1}),
+    ("getUserDataId", (0, "physicsClientId"), {}),
+    ("rayTest", ([0, 0, 3], [0, 0, 0]), {}),
+]
+
+
+def outcome(function: Any, given: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
+    """Return the answer of a call, or class, text, notes and cause of its error."""
+    try:
+        return function(*given, **keywords)
+    except Exception as problem:
+        return type(problem), str(problem), getattr(problem, "__notes__", []), type(problem.__cause__)
+
+
+@pytest.mark.parametrize(("name", "given", "keywords"), CALLS)
+def test_calls_have_the_same_outcome(
+    box: int, name: str, given: tuple[Any, ...], keywords: dict[str, Any]
+) -> None:
+    expected = outcome(python(name), given, keywords)
+    for _ in range(3):  # kept answers, too
+        assert outcome(getattr(p, name), given, keywords) == expected
+
+
+def test_kept_answers_follow_what_changes_them(box: int) -> None:
+    assert (p.getNumBodies(), p.getDynamicsInfo(box, -1)[1], p.getNumUserData(box)) == (1, 0.5, 0)
+    second = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1))
+    assert (p.getNumBodies(), p.getBodyUniqueId(1)) == (2, second)
+    p.changeDynamics(box, -1, lateralFriction=0.25)
+    assert p.getDynamicsInfo(box, -1)[1] == 0.25
+    p.addUserData(box, "key", "value")
+    assert (p.getNumUserData(box), p.getUserData(0)) == (1, b"value")
+    p.addUserData(box, "key", "other")
+    assert p.getUserData(0) == b"other"
+    made = p.createConstraint(box, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 1])
+    assert (p.getNumConstraints(), p.getConstraintInfo(made)[10]) == (1, 500)
+    p.changeConstraint(made, maxForce=30)
+    assert p.getConstraintInfo(made)[10] == 30
+    p.removeConstraint(made)
+    assert (p.getNumConstraints(), p.getConstraintUniqueId(0)) == (0, -1)
+    p.changeVisualShape(box, -1, rgbaColor=[1, 0, 0, 1])
+    assert p.getVisualShapeData(box)[0][7] == (1, 0, 0, 1)
+    p.removeBody(second)
+    assert (p.getNumBodies(), p.getBodyUniqueId(1)) == (1, -1)
+    p.loadURDF(f"{getDataPath()}/plane.urdf")
+    assert p.getNumBodies() == 2
+    p.resetSimulation()
+    assert p.getNumBodies() == 0
+
+
+def test_each_client_has_its_own_answers(box: int) -> None:
+    other = p.connect(p.DIRECT)
+    assert (p.getNumBodies(), p.getNumBodies(physicsClientId=other)) == (1, 0)
+    p.createMultiBody(1.0, physicsClientId=other)
+    p.createMultiBody(1.0, physicsClientId=other)
+    assert (p.getNumBodies(), p.getNumBodies(physicsClientId=other)) == (1, 2)
+    p.disconnect(other)
+    with pytest.raises(p.error, match="Not connected"):
+        p.getNumBodies(physicsClientId=other)
+    assert p.connect(p.DIRECT) == other
+    assert p.getNumBodies(physicsClientId=other) == 0
+    p.disconnect(other)
+
+
+def test_logged_commands_are_seen_by_the_log(box: int, tmp_path: Any) -> None:
+    p.stepSimulation()
+    log = p.startStateLogging(p.STATE_LOGGING_ALL_COMMANDS, str(tmp_path / "commands"))
+    p.resetBasePositionAndOrientation(box, [0, 0, 5], [0, 0, 0, 1])
+    p.stopStateLogging(log)
+    p.resetBasePositionAndOrientation(box, [0, 0, 2], [0, 0, 0, 1])
+    assert direct_calls.DIRECT
+    p.stopStateLogging(p.startStateLogging(p.STATE_REPLAY_ALL_COMMANDS, str(tmp_path / "commands")))
+    assert p.getBasePositionAndOrientation(box)[0] == (0, 0, 5)
+
+
+def test_objects_are_released(box: int) -> None:
+    body, vector, wrong = 10**20, [0.5, 1.5, 2.5], object()
+    counts = []
+    for _ in range(3):
+        for _ in range(100):
+            p.getNumJoints(body)
+            p.resetBaseVelocity(box, vector, physicsClientId=0)
+            p.resetBaseVelocity(box, physicsClientId=0, angularVelocity=vector)
+            for call, given in ((p.getNumJoints, (wrong,)), (p.rayTest, (wrong, vector))):
+                with pytest.raises((TypeError, p.error)):
+                    call(*given)
+        gc.collect()
+        counts.append([sys.getrefcount(one) for one in (body, vector, wrong, box, p.getNumBodies)])
+    assert counts[0] == counts[1] == counts[2]
+
+
+def test_answers_that_are_kept_are_of_commands_that_change_none() -> None:
+    assert set(COMMANDS) >= command_names.KEPT_ANSWERS | command_names._HARMLESS
+    assert not any(map(command_names.changes_kept_answers, command_names.KEPT_ANSWERS))
+    for name in ("createMultiBody", "removeBody", "changeDynamics", "resetSimulation", "restoreState"):
+        assert command_names.changes_kept_answers(name)
