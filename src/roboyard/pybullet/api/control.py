@@ -170,6 +170,18 @@ def setJointMotorControlMultiDof(
     Raises:
         error: the joint does not exist, or the mode is neither TORQUE_CONTROL nor POSITION_CONTROL.
     """
+    scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
+    if (
+        controlMode == c.POSITION_CONTROL
+        and record is not None
+        and type(damping) is float
+        and _drive_one(
+            scene, record, jointIndex, targetPosition, targetVelocity, force, positionGain, velocityGain,
+            maxVelocity,
+        )
+    ):  # fmt: skip
+        return
     record = joint_of(client, bodyUniqueId, jointIndex)
     if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL):
         raise failure("Illegal control mode.", f"use TORQUE_CONTROL or POSITION_CONTROL; got {controlMode}")

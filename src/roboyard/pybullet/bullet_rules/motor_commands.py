@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.direct_calls import START, at_hand
 
 if TYPE_CHECKING:
     from roboyard.sim.actuation.velocity_motors import BodyMotors
@@ -22,7 +23,22 @@ Vector = Sequence[float]
 _FAR = 1e300
 DEFAULT_MAX_FORCE = 100000.0
 """Largest torque or force of a motor whose command names none (N m or N)."""
+_PLAIN = (list, tuple, range)
 _POSITION, _VELOCITY = c.POSITION_CONTROL, c.VELOCITY_CONTROL
+
+
+_aim: Any = None
+"""The compiled command of one motor, once it is loaded."""
+
+
+def _load(compiles: bool) -> None:
+    global _aim
+    from roboyard.pybullet.bullet_rules import motor_kernels
+
+    _aim = at_hand(motor_kernels.aim_motor, compiles=compiles)
+
+
+START.later(_load)
 
 
 class _Group:
@@ -47,8 +63,8 @@ class MotorCommands:
     """
 
     __slots__ = (
-        "_bounds_in_use", "_groups", "_impulses", "_joints", "_limits", "_motors", "_motors_off", "_rows",
-        "pending",
+        "_arrays", "_bounds_in_use", "_groups", "_impulses", "_joints", "_last", "_limits", "_motors",
+        "_motors_off", "_rows", "pending",
     )  # fmt: skip
 
     def __init__(
@@ -73,14 +89,18 @@ class MotorCommands:
         self._limits = [(info[8], info[9]) if info[8] <= info[9] else (-_FAR, _FAR) for info in infos]
         self._groups: dict[tuple[int, ...], _Group] = {}
         self.pending: dict[_Group, tuple[Any, ...]] = {}
-        self._impulses = [nan] * self._joints
+        self._impulses = np.full(self._joints, nan)
         """Known largest impulse of each motor in a step (N m s or N s); NaN if unknown."""
+        self._arrays: Any = None
+        """Arguments of the compiled command, for the arrays that the motors have."""
+        self._last: tuple[Any, Any] = (None, None)
+        """Joints and group of the last command for many joints."""
         self._bounds_in_use: tuple[_Group, tuple[float, ...], float] | None = None
         """Group, forces and time step of the last command for many joints, unless a limit changed since."""
 
     def bounds_changed(self) -> None:
         """Forget the known limits, after a motor was switched or its force limit was set elsewhere."""
-        self._impulses = [nan] * self._joints
+        self._impulses[:] = nan
         self._bounds_in_use = None
 
     def set(
@@ -88,6 +108,17 @@ class MotorCommands:
         fastest: float, time_step: float,
     ) -> bool:  # fmt: skip
         """Set one joint's motor; return False, with no effect, for arguments that need the general path."""
+        if _aim is not None and not self.pending and joint not in self._motors_off:
+            arrays, motors = self._arrays, self._motors
+            if arrays is None or arrays[0] is not motors.motors:
+                arrays = self._arrays = self._compiled_arguments()
+            done = _aim(
+                arrays, joint, mode, position, velocity, force, kp, kd, fastest, time_step
+            )  # fmt: skip
+            if done:
+                if done == 2:
+                    self._bound(joint, force * time_step)
+                return True
         row = self._rows[joint]
         if joint < 0 or row < 0 or not force > 0.0 or joint in self._motors_off:
             return False
@@ -108,18 +139,33 @@ class MotorCommands:
         self._motors.aim(row, 2.0 if mode == _POSITION else 1.0, position, velocity, kp, kd, fastest)
         impulse = force * time_step
         if impulse != self._impulses[joint]:
-            self._motors.bound(row, impulse)
-            self._impulses[joint] = impulse
-            self._bounds_in_use = None
+            self._bound(joint, impulse)
         return True
+
+    def _bound(self, joint: int, impulse: float) -> None:
+        """Bound a motor by its impulse in a step (N m s or N s)."""
+        self._motors.bound(self._rows[joint], impulse)
+        self._impulses[joint] = impulse
+        self._bounds_in_use = None
+
+    def _compiled_arguments(self) -> Any:
+        from roboyard.pybullet.bullet_rules.motor_kernels import Motors
+
+        rows = np.array(self._rows, dtype=np.int64)
+        limits = np.array(self._limits, dtype=float).reshape(-1, 2)
+        return Motors(self._motors.motors, self._motors.targets, rows, limits, self._impulses)
 
     def set_many(
         self, joints: Sequence[int], mode: int, positions: Vector | None, velocities: Vector | None,
         forces: Vector | None, kps: Vector | None, kds: Vector | None, time_step: float,
     ) -> bool:  # fmt: skip
         """Set several motors before the next step; return False, with no effect, for the general path."""
-        key = tuple(_plain(joints))
-        group = self._groups.get(key) or self._group(key)
+        last, group = self._last
+        if type(joints) is not type(last) or joints != last:
+            key = tuple(_plain(joints))
+            group = self._groups.get(key) or self._group(key)
+            if type(joints) in _PLAIN:
+                self._last = joints[:], group
         if group is None or (mode != _POSITION and mode != _VELOCITY):
             return False
         count = group.count

@@ -10,6 +10,7 @@ from itertools import count
 from typing import Any, NamedTuple
 
 from roboyard.errors import RoboyardError
+from roboyard.native import Kernel
 from roboyard.pybullet.face.command_names import KEPT_ANSWERS, changes_kept_answers
 from roboyard.pybullet.face.errors import error, world_failure
 
@@ -83,6 +84,13 @@ class Start:
         self.numbers = count(1)
         self._address = 0
         self._definitions: list[Any] = []
+        self._waiting: list[Callable[[bool], None]] = []
+
+    def later(self, load: Callable[[bool], None]) -> None:
+        """Call `load(compiles)` when machine code is first used; `compiles`: what is not stored, too."""
+        self._waiting.append(load)
+        if self._address:
+            load(False)
 
     def enter(self) -> None:
         """Load the machine code, where that costs little, and let all built-ins enter it."""
@@ -92,12 +100,21 @@ class Start:
         self._address = FRONT.address() if FRONT.is_stored or (is_last and FRONT.is_cheap) else 0
         for definition in self._definitions if self._address else ():
             definition.function = self._address
+        for load in self._waiting if self._address else ():
+            load(is_last)
 
     def append(self, definition: Any) -> None:
         """Take the definition of a built-in, which enters the machine code now or later."""
         self._definitions.append(definition)
         if self._address:
             definition.function = self._address
+
+
+def at_hand(loop: Any, *, compiles: bool) -> Any:
+    """Return a compiled loop as a function; None where it would have to be compiled first, and may not be."""
+    if not isinstance(loop, Kernel):  # loaded already
+        return loop
+    return loop.load() if (loop.is_cheap if compiles else loop.is_ready) else None
 
 
 def _objects_are_as_known() -> bool:
