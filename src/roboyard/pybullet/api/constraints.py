@@ -21,6 +21,7 @@ Vector = Sequence[float]
 _FAILED = "createConstraint failed."
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
 _UNSET_FORCE = -1.0
+_NO_GEAR = (0.0, -1, 1e32, -1.0)
 _ROWS = {c.JOINT_FIXED: 6, c.JOINT_PRISMATIC: 5, c.JOINT_POINT2POINT: 3, c.JOINT_GEAR: 1}
 
 
@@ -115,21 +116,26 @@ def changeConstraint(
     record: ConstraintRecord | None = scene.constraints.get(whole(userConstraintUniqueId))
     if record is None or record.made is None:
         return
-    constraints = scene.world.constraints
+    old_position, old_orientation = record.child_position, record.child_orientation
     if jointChildPivot is not None:
-        pivot = vector3(jointChildPivot, "changeConstraint failed.")
-        check_finite("changeConstraint failed.", jointChildPivot=pivot)
+        x, y, z = pivot = vector3(jointChildPivot, "changeConstraint failed.")
+        total = x + y + z
+        if total - total != 0.0:
+            check_finite("changeConstraint failed.", jointChildPivot=pivot)
         record.child_position = pivot
     if jointChildFrameOrientation is not None:
         record.child_orientation = _unit(jointChildFrameOrientation)
-    if number(maxForce) >= 0.0:
+    if number(maxForce) >= 0.0 and not (record.is_bounded and maxForce == record.max_force):
         record.max_force, record.is_bounded = float(maxForce), True
-        constraints.set_max_force(record.made, maxForce)
-    _change_gear(client, record, gearRatio, gearAuxLink, relativePositionTarget, erp)
-    if record.kind != c.JOINT_GEAR and (
-        jointChildPivot is not None or jointChildFrameOrientation is not None
-    ):
-        constraints.set_frame(record.made, "b", *child_frame(scene, record))
+        scene.world.constraints.set_max_force(record.made, maxForce)
+    if (gearRatio, gearAuxLink, relativePositionTarget, erp) != _NO_GEAR or type(gearAuxLink) is not int:
+        _change_gear(client, record, gearRatio, gearAuxLink, relativePositionTarget, erp)
+    if record.kind == c.JOINT_GEAR:
+        return
+    is_turned = record.child_orientation != old_orientation
+    if is_turned or record.child_position != old_position:
+        position, orientation = child_frame(scene, record)
+        scene.world.constraints.set_frame(record.made, "b", position, orientation if is_turned else None)
 
 
 def _change_gear(
@@ -213,16 +219,17 @@ def getConstraintState(client: Client, constraintUniqueId: int) -> tuple[float, 
     record = scene.constraints.get(whole(constraintUniqueId))
     if record is None or record.made is None:
         raise failure("Couldn't getConstraintState.", _unknown(client, constraintUniqueId))
-    world = scene.world
+    world, kind = scene.world, record.kind
     world.ensure_compiled()
-    forces = world.constraints.applied(record.made).tolist()
+    forces = world.constraints.applied_numbers(record.made)
     if not forces:
-        return (0.0,) * _ROWS[record.kind]
-    if record.kind == c.JOINT_PRISMATIC:
+        return (0.0,) * _ROWS[kind]
+    if kind == c.JOINT_PRISMATIC:
         x, y, _, *turns = forces
         forces = [x, y, turns[2], *turns[:2]]
-    sign = -1.0 if record.kind == c.JOINT_POINT2POINT else 1.0
-    return tuple(sign * force + 0.0 for force in forces)
+    if kind == c.JOINT_POINT2POINT:
+        return tuple([0.0 - force for force in forces])
+    return tuple([force + 0.0 for force in forces])
 
 
 def _unknown(client: Client, given: int) -> str:
@@ -237,5 +244,6 @@ def _unit(orientation: Vector | None) -> Quaternion:
     length = sqrt(x * x + y * y + z * z + w * w)
     if length == 0.0:
         return _IDENTITY
-    check_finite(_FAILED, orientation=(x, y, z, w), length=length)
+    if length - length != 0.0:
+        check_finite(_FAILED, orientation=(x, y, z, w), length=length)
     return x / length, y / length, z / length, w / length

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from roboyard.errors import RoboyardError
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.state.constraint_records import WORLD, ConstraintRecord
-from roboyard.transforms import multiply, rotate
+from roboyard.pybullet.state.frames import rotated
+from roboyard.transforms import multiply
 
 if TYPE_CHECKING:
     from roboyard.description.model import Pose
@@ -91,24 +90,27 @@ def remove(scene: PhysicsScene, record: ConstraintRecord) -> None:
         scene.world.constraints.remove(made)
 
 
-def parent_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[np.ndarray, np.ndarray]:
+def parent_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[Vector3, Quaternion]:
     """Return the (3,) position (m) and (4,) orientation of the joint in the parent's link frame."""
     return _in_link_frame(scene, record.parent, record.parent_position, record.parent_orientation)
 
 
-def child_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[np.ndarray, np.ndarray]:
+def child_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[Vector3, Quaternion]:
     """Return the (3,) position (m) and (4,) orientation in the child's link frame or the world."""
     return _in_link_frame(scene, record.child, record.child_position, record.child_orientation)
 
 
 def _in_link_frame(
     scene: PhysicsScene, place: tuple[int, int], position: Vector3, orientation: Quaternion
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[Vector3, Quaternion]:
     if place[0] == WORLD:
-        return np.array(position), np.array(orientation)
+        return position, orientation
     frame: Pose = scene.bodies[place[0]].links[place[1] + 1].frame
-    at = np.asarray(frame.position) + rotate(frame.quaternion, position)
-    return at, multiply(frame.quaternion, orientation)
+    if frame.position == (0.0, 0.0, 0.0) and frame.quaternion == (0.0, 0.0, 0.0, 1.0):
+        return position, orientation
+    (x, y, z), (a, b, c) = frame.position, rotated(frame.quaternion, position)
+    i, j, k, w = multiply(frame.quaternion, orientation).tolist()
+    return (x + a, y + b, z + c), (i, j, k, w)
 
 
 def _link(scene: PhysicsScene, place: tuple[int, int]) -> Link:

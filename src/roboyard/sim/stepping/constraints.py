@@ -23,6 +23,7 @@ STIFF_SOLREF = (0.005, 1.0)
 STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 LARGEST_FORCE = 1e10
 """Largest force of a constraint without a bound (N or N m), where rows are solved in turn."""
+_WELDED = ("weld", "slide")
 CORRECTION = 0.2
 """Share of a bounded constraint's error corrected in a step. It requests a velocity, so that a bound that is
 too low to brake in time cannot make it oscillate."""
@@ -302,9 +303,8 @@ class Constraints:
         model = None if self._world.is_stale else self._world.live_model
         row = site.id
         if position is not None:
-            place = np.asarray(position, dtype=float)
-            _check_finite("a position", place)
-            site.pos = place
+            _check_finite("a position", position)
+            site.pos = place = position
             if model is not None:
                 model.site_pos[row] = place
         if quat is not None:
@@ -381,14 +381,19 @@ class Constraints:
         Returns:
             (1,), (3,) or (6,) forces (N) and torques (N m).
         """
+        return np.array(self.applied_numbers(constraint))
+
+    def applied_numbers(self, constraint: Constraint) -> list[float]:
+        """Return the numbers of `applied`."""
         data, number = self._world.live_data, constraint.element.id
-        owners = data.efc_id[: data.ne].tolist()
+        count = data.ne
+        owners = data.efc_id[:count].tolist() if count else ()
         if number not in owners:
-            return np.zeros(0)
+            return []
         first = owners.index(number)  # its rows are one after another
-        forces = data.efc_force[first : first + owners.count(number)].copy()
-        if self._world.live_model.eq_type[number] == int(mujoco.mjtEq.mjEQ_WELD):
-            forces[3:] *= HALF_ANGLE
+        forces = data.efc_force[first : first + owners.count(number)].tolist()
+        if constraint.kind in _WELDED:
+            forces[3:] = [HALF_ANGLE * moment for moment in forces[3:]]
         return forces
 
     def prepare(self, model: Any) -> None:
@@ -469,10 +474,15 @@ class Constraints:
 
 def _check_finite(what: str, values: ArrayLike) -> None:
     # plain numbers are much faster than arrays
+    if type(values) is tuple and len(values) == 3:
+        x, y, z = values
+        total = x + y + z
+        if type(total) is float and total - total == 0.0:
+            return
     if not all(map(math.isfinite, np.asarray(values, dtype=float).ravel().tolist())):
         raise RoboyardError(f"{what} of a constraint must be finite, got {values}")
 
 
 def _check_force(max_force: float) -> None:
-    if np.isnan(max_force):
+    if max_force != max_force:
         raise RoboyardError("the largest force of a constraint must be a number, got nan; inf is no bound")
