@@ -63,8 +63,10 @@ class Engine(Generic[BodyT]):
         self._solver: Solver = solver
         self._model: Any = None
         self._data: Any = None
-        self._stale = True
-        self._moved = True
+        self.is_stale = True
+        """Whether the spec was edited since the last compile."""
+        self.is_moved = True
+        """Whether positions were written since body frames were computed."""
         self._velocity_moved = True
         self.keeps_frames = False
         """Whether body frames of the last step are kept in `kept_frames` when they are brought up to date."""
@@ -72,6 +74,8 @@ class Engine(Generic[BodyT]):
         """(nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z before the last position update,
         where MuJoCo's arrays hold later ones."""
         self._inertia_changed = False
+        self.one_ray: Any = None
+        """Arrays of a single ray's origin, direction, geom and normal; created by the first one."""
         self._reference: Any = None
         """MjData in which MuJoCo computes what depends on masses alone; created when masses change."""
         self._geom_owners: np.ndarray | None = None
@@ -125,11 +129,6 @@ class Engine(Generic[BodyT]):
     # ------------------------------------------------------------------------------------------- the engine
 
     @property
-    def is_stale(self) -> bool:
-        """Whether the spec was edited since the last compile."""
-        return self._stale
-
-    @property
     def spec(self) -> Any:
         """The `mujoco.MjSpec` with the world's bodies only; after an edit call `mark_stale`."""
         self.pool.clear()
@@ -157,14 +156,14 @@ class Engine(Generic[BodyT]):
         Unlike `model` it may have rows of inactive bodies, and lack the geoms with all triangles of concave
         meshes.
         """
-        if self._stale:
+        if self.is_stale:
             self.ensure_compiled()
         return self._model
 
     @property
     def live_data(self) -> Any:
         """The MjData of `live_model`."""
-        if self._stale:
+        if self.is_stale:
             self.ensure_compiled()
         return self._data
 
@@ -173,17 +172,17 @@ class Engine(Generic[BodyT]):
         if not self.shows_triangles:
             self.shows_triangles = True
             if any(record.hidden for body in self.body_by_id.values() for record in body.built.links):
-                self._stale = True
+                self.mark_stale()
 
     def mark_stale(self) -> None:
         """Note an edit of the spec: compile before the next use."""
-        self._stale = True
+        self.is_stale = True
 
     def mark_inertia_changed(self) -> None:
         """Note that masses or inertias were written: what MuJoCo computes of them is updated when it is next
         needed.
         """
-        self._inertia_changed = self._moved = self._velocity_moved = True
+        self._inertia_changed = self.is_moved = self._velocity_moved = True
 
     def _sum_inertia(self) -> None:
         """Compute masses of trees, contact weights and mean inertia again."""
@@ -198,7 +197,7 @@ class Engine(Generic[BodyT]):
 
     def mark_moved(self) -> None:
         """Note that positions or velocities were written: recompute derived quantities when they are read."""
-        self._moved = self._velocity_moved = True
+        self.is_moved = self._velocity_moved = True
 
     def mark_fixed_moved(self) -> None:
         """Note that the pose of a fixed body was written. A world with sleeping takes fixed bodies, and what
@@ -219,7 +218,7 @@ class Engine(Generic[BodyT]):
         Raises:
             ModelError: MuJoCo rejects the model.
         """
-        if not self._stale:
+        if not self.is_stale:
             return
         self._dofs = sum(body.built.dofs for body in self.body_by_id.values())
         self._free_dofs = sum(body.built.free_dofs for body in self.body_by_id.values())
@@ -243,7 +242,7 @@ class Engine(Generic[BodyT]):
                 self._model, self._data = spec.recompile(self._model, self._data)
         except (ValueError, mujoco.FatalError) as error:
             raise ModelError(f"MuJoCo rejects the world: {' '.join(str(error).split())[:500]}") from error
-        self._stale = self._inertia_changed = False
+        self.is_stale = self._inertia_changed = False
         self._reference = None
         bound_inverse_weights(self._model)
         self.revision += 1
@@ -289,7 +288,7 @@ class Engine(Generic[BodyT]):
         grows = "memory" in message and present < MEMORY_MOST
         if grows:
             self._memory_least = min(present * MEMORY_GROWTH, MEMORY_MOST)
-            self._stale = True
+            self.is_stale = True
             self.ensure_compiled()
             mujoco.mj_setState(self._model, self._data, values, _STATE)
         else:
@@ -379,16 +378,16 @@ class Engine(Generic[BodyT]):
 
     def kinematics(self) -> Any:
         """Return the MjData with positions (xpos, xipos, geom_xpos, ...) that agree with qpos."""
-        if self._stale:
+        if self.is_stale:
             self.ensure_compiled()
-        if self._moved:
+        if self.is_moved:
             if self._inertia_changed:
                 self._sum_inertia()
             if self.keeps_frames and self.kept_frames is None:
                 self.kept_frames = self._data.xpos.copy(), self._data.xquat.copy()
             mujoco.mj_kinematics(self._model, self._data)
             mujoco.mj_comPos(self._model, self._data)
-            self._moved = False
+            self.is_moved = False
         return self._data
 
     def velocities(self) -> Any:
@@ -465,7 +464,7 @@ class Engine(Generic[BodyT]):
     @gravity.setter
     def gravity(self, value: Sequence[float]) -> None:
         self._gravity = _vector3(value)
-        if not self._stale:
+        if not self.is_stale:
             self._model.opt.gravity[:] = self._gravity
 
     @property
@@ -478,7 +477,7 @@ class Engine(Generic[BodyT]):
         if not 0 < value < np.inf:
             raise RoboyardError(f"timestep must be positive and finite, got {value}")
         self._timestep = float(value)
-        if not self._stale:
+        if not self.is_stale:
             self._model.opt.timestep = self._timestep
 
     @property

@@ -119,7 +119,12 @@ class LinkSurfaces(Protocol):
 
 
 class LinkWrenches(Protocol):
-    """External forces, as `Link` uses them; see `roboyard.sim.stepping.wrenches`."""
+    """External forces, as links and states use them; see `roboyard.sim.stepping.wrenches`."""
+
+    pending: bool
+    """Whether an external force acts in the next step."""
+    pushed: bool
+    """Whether it acts on a link."""
 
     def find(self) -> None:
         """Note which forces MuJoCo's arrays hold, after they were written in other ways."""

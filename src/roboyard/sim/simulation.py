@@ -284,7 +284,7 @@ class Simulation(Engine[Body]):
             raise RoboyardError(f"the number of steps must be at least 0, got {n}")
         if self.pool.inactive:
             self.pool.tick(n)
-        if self._stale:
+        if self.is_stale:
             self.ensure_compiled()
         if self.before_step:
             for _ in range(n):
@@ -319,7 +319,7 @@ class Simulation(Engine[Body]):
                 self.recover(error, self.simulation_state())
         while done < n:  # again where MuJoCo's memory was too small and has grown
             done += self._steps(n - done) if self.revision == self._stepped else self._first_step()
-        self._moved = self._velocity_moved = True
+        self.is_moved = self._velocity_moved = True
         self.kept_frames = None
         if solver_warning.is_raised:
             self._heed_warning()

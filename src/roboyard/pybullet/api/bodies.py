@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import sqrt
+from struct import Struct
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
 
 Vector = Sequence[float]
+_PACK_POSE, _PACK_SPEED = Struct("7d").pack_into, Struct("6d").pack_into
 Triple = tuple[float, ...]
 
 
@@ -120,7 +122,8 @@ def resetBasePositionAndOrientation(
     """
     p = vector3(posObj, "position needs a 3 coordinates [x,y,z].")
     q = quaternion(ornObj, "orientation needs a 4 coordinates, quaternion [x,y,z,w].")
-    record = client.scene.bodies.get(whole(bodyUniqueId))
+    scene = client.scene
+    record = scene.bodies.get(whole(bodyUniqueId))
     if record is None:
         return
     x, y, z, w = q
@@ -130,10 +133,11 @@ def resetBasePositionAndOrientation(
             "orientation needs a 4 coordinates, quaternion [x,y,z,w].",
             f"the quaternion {tuple(ornObj)} has length 0; give a unit quaternion",
         )
-    q = (x / length, y / length, z / length, w / length)
+    if length != 1.0:
+        q = (x / length, y / length, z / length, w / length)
     if record.soft is not None:
         record.soft.set_pose(p, q)
-        client.scene.frames_are_old = True
+        scene.frames_are_old = True
         return
     wanted = p, q
     if record.placed == wanted and record.body.is_fixed:
@@ -143,9 +147,9 @@ def resetBasePositionAndOrientation(
         link_q = multiply(q, conjugate(frame.quaternion))
         p = np.asarray(p) - rotate(link_q, frame.position)
         q = link_q
-    world = client.scene.world
+    world = scene.world
     if record.revision != world.revision and not world.is_stale:
-        client.scene.ready(record.number, "")
+        scene.ready(record.number, "")
     free = record.free
     x, y, z = p
     total = x + y + z + length
@@ -161,11 +165,12 @@ def resetBasePositionAndOrientation(
         record.placed = wanted
     else:
         i, j, k, w = q
-        free[:] = x, y, z, w, i, j, k
-        speed[:] = 0.0
+        positions, speeds = record.words
+        _PACK_POSE(positions, record.base_bytes, x, y, z, w, i, j, k)
+        _PACK_SPEED(speeds, record.base_speed_bytes, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         world.mark_moved()
     record.fixed_poses = None
-    client.scene.frames_are_old = True
+    scene.frames_are_old = True
 
 
 @command()
@@ -175,7 +180,10 @@ def getBaseVelocity(client: Client, bodyUniqueId: int) -> tuple[Triple, Triple]:
     Raises:
         error: the body does not exist.
     """
-    record = client.scene.ready(bodyUniqueId, "getBaseVelocity failed.")
+    scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
+    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        record = scene.ready(bodyUniqueId, "getBaseVelocity failed.")
     if record.soft is not None:
         mean = np.average(record.soft.velocities, axis=0, weights=record.soft.free_masses)
         return tuple(mean.tolist()), (0.0, 0.0, 0.0)
@@ -203,9 +211,11 @@ def resetBaseVelocity(
         raise failure("expected at least linearVelocity and/or angularVelocity.", "both are None")
     linear, angular = _three(linearVelocity), _three(angularVelocity)
     scene = client.scene
-    if whole(objectUniqueId) not in scene.bodies:
+    record = scene.bodies.get(whole(objectUniqueId))
+    if record is None:
         return
-    record = scene.ready(objectUniqueId, "error in resetJointState.")
+    if record.revision != scene.world.revision or scene.world.is_stale:
+        record = scene.ready(objectUniqueId, "error in resetJointState.")
     if record.soft is not None and linear is not None:
         record.soft.velocities = np.broadcast_to(linear, (len(record.soft.masses), 3))
         scene.frames_are_old = True
@@ -219,7 +229,7 @@ def resetBaseVelocity(
     if total - total != 0.0:  # inf and nan alike
         raise RoboyardError(f"body {record.name!r}: a velocity must be finite, got {linear} and {angular}")
     if total == 0.0 and not any(linear) and not any(angular):
-        record.free_velocity[:] = 0.0
+        _PACK_SPEED(record.words[1], record.base_speed_bytes, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         scene.world.mark_moved()
         scene.frames_are_old = True
         return
@@ -227,7 +237,8 @@ def resetBaseVelocity(
     if not record.base_is_plain:
         lever = cross(angular, rotated((x, y, z, w), record.base_frame.position))
         linear = tuple(v - c for v, c in zip(linear, lever, strict=True))
-    record.free_velocity[:] = (*linear, *rotated((-x, -y, -z, w), angular))
+    turned = rotated((-x, -y, -z, w), angular)
+    _PACK_SPEED(record.words[1], record.base_speed_bytes, *linear, *turned)
     scene.world.mark_moved()
     scene.frames_are_old = True
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -91,12 +92,16 @@ def getClosestPoints(
     Raises:
         error: a collision shape does not exist.
     """
-    import mujoco
-
-    from roboyard.pybullet.state.query_shapes import QuerySide
-
     scene = client.scene
     limit = number(distance)
+    if collisionShapeA == collisionShapeB == -1:
+        first, second = (
+            _geoms_of(scene, whole(body), whole(link))
+            for body, link in ((bodyA, linkIndexA), (bodyB, linkIndexB))
+        )
+        return _closest_points(scene, scene.world, first, second, limit)
+    from roboyard.pybullet.state.query_shapes import QuerySide
+
     sides = (
         QuerySide(
             *(whole(bodyA), whole(linkIndexA), whole(collisionShapeA)),
@@ -107,26 +112,37 @@ def getClosestPoints(
             *(collisionShapePositionB, collisionShapeOrientationB),
         ),
     )
-    with _placed(scene, *sides) as (world, first, second):
-        if not first or not second:
-            return ()
-        if world.windows.is_active:
-            world.windows.update(limit, everything=True)
-            first, second = ([k for k in geoms if not world.windows.hides(k[2])] for geoms in (first, second))
-        data, model = world.kinematics(), world.live_model
-        points, ends = [], np.zeros(6)
-        hulls = scene.geom_margins() if world is scene.world else geom_margins(model)
-        for body_a, link_a, geom_a in first:
-            for body_b, link_b, geom_b in second:
-                margins = float(hulls[geom_a]), float(hulls[geom_b])
-                if world.windows.is_active:
-                    margins = margins[0] - world.windows.inset(geom_a, geom_b), margins[1]
-                reach = max(limit + sum(margins), 1e-6)
-                gap = mujoco.mj_geomDistance(model, data, geom_a, geom_b, reach, ends)
-                if gap > reach or (gap == reach and not ends.any()):
-                    continue
-                points.append(_closest(body_a, body_b, link_a, link_b, float(gap), ends, margins))
-        return tuple(points)
+    with _placed(scene, *sides) as (world, one, two):
+        return _closest_points(scene, world, one, two, limit)
+
+
+def _closest_points(
+    scene: PhysicsScene, world: World, first: Geoms, second: Geoms, limit: float
+) -> tuple[Point, ...]:
+    """Return the closest points of all pairs of two sides' shapes within a distance (m)."""
+    if not first or not second:
+        return ()
+    import mujoco
+
+    windows = world.windows
+    has_windows = windows.is_active
+    if has_windows:
+        windows.update(limit, everything=True)
+        first, second = ([k for k in geoms if not windows.hides(k[2])] for geoms in (first, second))
+    data, model = world.kinematics(), world.live_model
+    points, ends = [], np.zeros(6)
+    hulls = scene.geom_margins() if world is scene.world else geom_margins(model)
+    others = [(*place, hulls.item(place[2])) for place in second]
+    for body_a, link_a, geom_a in first:
+        hull_a = hulls.item(geom_a)
+        for body_b, link_b, geom_b, margin_b in others:
+            margin_a = hull_a - windows.inset(geom_a, geom_b) if has_windows else hull_a
+            reach = max(limit + (margin_a + margin_b), 1e-6)
+            gap = mujoco.mj_geomDistance(model, data, geom_a, geom_b, reach, ends)
+            if gap > reach or (gap == reach and not ends.any()):
+                continue
+            points.append(_closest(body_a, body_b, link_a, link_b, gap, ends, margin_a, margin_b))
+    return tuple(points)
 
 
 @contextmanager
@@ -157,11 +173,14 @@ def _geoms_of(scene: PhysicsScene, body: int, link: int) -> Geoms:
     if body not in scene.bodies:
         return []
     record = scene.ready(body, "")
-    found = []
-    for index, handle in enumerate(record.body.links):
-        if link in (ANY_LINK, index - 1):
-            found += [(body, index - 1, geom) for geom in handle.geom_ids]
-    return found
+    found = record.geoms
+    if found is None:
+        found = record.geoms = [
+            (body, index - 1, geom)
+            for index, handle in enumerate(record.body.links)
+            for geom in handle.geom_ids
+        ]
+    return found if link == ANY_LINK else [place for place in found if place[1] == link]
 
 
 def _closest(
@@ -171,7 +190,8 @@ def _closest(
     link_b: int,
     gap: float,
     ends: np.ndarray,
-    margins: tuple[float, float],
+    margin_a: float,
+    margin_b: float,
 ) -> Point:
     """Return the row of a pair of shapes.
 
@@ -182,16 +202,21 @@ def _closest(
         link_b: link of the second body.
         gap: MuJoCo's distance (m), without margins.
         ends: (6,) MuJoCo's closest points in the world frame (m).
-        margins: margins of Bullet's shapes (m), which bring the points closer.
+        margin_a: margin of the first of Bullet's shapes (m), which brings the points closer.
+        margin_b: that of the second one (m).
     """
-    on_a, on_b = ends[:3].copy(), ends[3:].copy()
-    normal = on_a - on_b
-    length = float(np.linalg.norm(normal))
-    normal = normal / length if length > 1e-12 else np.array([0.0, 0.0, 1.0])
+    ax, ay, az, bx, by, bz = ends.tolist()
+    x, y, z = ax - bx, ay - by, az - bz
+    length = sqrt(x * x + y * y + z * z)
+    if length > 1e-12:
+        x, y, z = x / length, y / length, z / length
+    else:
+        x, y, z = 0.0, 0.0, 1.0
     if gap < 0.0:
-        normal = -normal
-    on_a, on_b = on_a - margins[0] * normal, on_b + margins[1] * normal
+        x, y, z = -x, -y, -z
     return (
-        *(0, body_a, body_b, link_a, link_b, tuple(on_a.tolist()), tuple(on_b.tolist())),
-        *(tuple(normal.tolist()), gap - sum(margins), 0.0, 0.0, _ZEROS, 0.0, _ZEROS),
+        *(0, body_a, body_b, link_a, link_b),
+        *((ax - margin_a * x, ay - margin_a * y, az - margin_a * z),),
+        *((bx + margin_b * x, by + margin_b * y, bz + margin_b * z),),
+        *((x, y, z), gap - (margin_a + margin_b), 0.0, 0.0, _ZEROS, 0.0, _ZEROS),
     )

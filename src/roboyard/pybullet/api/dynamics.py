@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import nan
 from typing import TYPE_CHECKING, Any
 
 from roboyard.description.model import Inertial, Plane
 from roboyard.pybullet.bullet_rules.shape_inertia import shape_moments
-from roboyard.pybullet.face.arguments import are_finite, check_finite, number, vector3, whole
+from roboyard.pybullet.face.arguments import check_finite, number, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import RIGID_BODY
@@ -94,16 +95,17 @@ def changeDynamics(
     Raises:
         error: only one of contactStiffness and contactDamping is given, or a number is not finite.
     """
-    plain = (mass, lateralFriction, spinningFriction, rollingFriction, restitution, linearDamping)
-    plain += (
-        angularDamping,
-        jointDamping,
-        contactStiffness,
-        contactDamping,
-        jointLowerLimit,
-        jointUpperLimit,
-    )
-    if localInertiaDiagonal is not None or not are_finite(plain):
+    try:
+        total = sum(
+            (
+                mass, lateralFriction, spinningFriction, rollingFriction, restitution, linearDamping,
+                angularDamping, jointDamping, contactStiffness, contactDamping, jointLowerLimit,
+                jointUpperLimit,
+            )
+        )  # fmt: skip
+    except TypeError:
+        total = nan
+    if localInertiaDiagonal is not None or type(total) is not float or total - total != 0.0:
         check_finite(
             "changeDynamics failed.",
             mass=number(mass),
@@ -115,7 +117,7 @@ def changeDynamics(
             localInertiaDiagonal=() if localInertiaDiagonal is None else localInertiaDiagonal,
             limits=(number(jointLowerLimit), number(jointUpperLimit)),
         )
-    # All of `plain` are numbers from here on
+    # All of these are numbers from here on
     if (contactStiffness >= 0) != (contactDamping >= 0):
         raise failure(
             "Both contactStiffness and contactDamping needs to be set together.",
@@ -153,10 +155,10 @@ def changeDynamics(
         state.contact_stiffness, state.contact_damping = contactStiffness, contactDamping
         link = record.body.links[linkIndex + 1]
         scene.world.surfaces.set_compliance(link, contactStiffness, contactDamping)
-    if number(frictionAnchor) >= 0:
+    if frictionAnchor != -1 and number(frictionAnchor) >= 0:
         state.is_anchored = bool(frictionAnchor)
         scene.world.surfaces.set_anchor(record.body.links[linkIndex + 1], is_anchored=bool(frictionAnchor))
-    if number(collisionMargin) >= 0:
+    if collisionMargin != -1.0 and number(collisionMargin) >= 0:
         state.collision_margin, state.is_solid = collisionMargin, False
         record.link_boxes = None
     if linkIndex >= 0:
@@ -165,7 +167,7 @@ def changeDynamics(
             joint.damping = jointDamping
         if jointLowerLimit <= jointUpperLimit and joint.is_scalar:
             joint.set_limits(jointLowerLimit, jointUpperLimit)
-        if number(maxJointVelocity) >= 0:
+        if maxJointVelocity != -1.0 and number(maxJointVelocity) >= 0:
             scene.world.stepping.set_velocity_limit(record.body.id, linkIndex, maxJointVelocity)
 
 
@@ -205,12 +207,15 @@ def _has_plane(record: BodyRecord) -> bool:
 def _set_friction(
     record: BodyRecord, link: int, state: LinkState, lateral: float, spinning: float, rolling: float
 ) -> None:
+    old = state.friction, state.spinning_friction, state.rolling_friction
     if lateral >= 0:
         state.friction = lateral
     if spinning >= 0:
         state.spinning_friction = spinning
     if rolling >= 0:
         state.rolling_friction = rolling
+    if (state.friction, state.spinning_friction, state.rolling_friction) == old:
+        return
     record.body.links[link + 1].set_friction(
         sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
     )

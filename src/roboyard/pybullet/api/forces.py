@@ -34,7 +34,21 @@ def applyExternalForce(
     if not (type(forceObj) in _PLAIN and type(posObj) in _PLAIN and len(forceObj) == len(posObj) == 3):
         forceObj = vector3(forceObj, "force needs a 3 coordinates [x,y,z].")
         posObj = vector3(posObj, "position needs a 3 coordinates [x,y,z].")
-    _push(client.scene, objectUniqueId, linkIndex, flags, 0, (*forceObj, 0.0, 0.0, 0.0, *posObj))
+    numbers = (*forceObj, 0.0, 0.0, 0.0, *posObj)
+    scene = client.scene
+    record = scene.bodies.get(objectUniqueId)
+    if (
+        record is not None
+        and record.link_pusher is not None
+        and record.revision == scene.world.revision
+        and not scene.world.is_stale
+        and type(linkIndex) is int
+        and -1 <= linkIndex < record.joint_count
+        and (flags is c.LINK_FRAME or flags is c.WORLD_FRAME)
+        and record.link_pusher(linkIndex, flags is c.LINK_FRAME, numbers)
+    ):
+        return
+    _push(scene, objectUniqueId, linkIndex, flags, 0, numbers)
 
 
 @command()
@@ -48,7 +62,21 @@ def applyExternalTorque(
     """
     if not (type(torqueObj) in _PLAIN and len(torqueObj) == 3):
         torqueObj = vector3(torqueObj, "torque needs a 3 coordinates [x,y,z].")
-    _push(client.scene, objectUniqueId, linkIndex, flags, 2, (0.0, 0.0, 0.0, *torqueObj, 0.0, 0.0, 0.0))
+    numbers = (0.0, 0.0, 0.0, *torqueObj, 0.0, 0.0, 0.0)
+    scene = client.scene
+    record = scene.bodies.get(objectUniqueId)
+    if (
+        record is not None
+        and record.link_pusher is not None
+        and record.revision == scene.world.revision
+        and not scene.world.is_stale
+        and type(linkIndex) is int
+        and -1 <= linkIndex < record.joint_count
+        and (flags is c.LINK_FRAME or flags is c.WORLD_FRAME)
+        and record.link_pusher(linkIndex, 3 if flags is c.LINK_FRAME else 2, numbers)
+    ):
+        return
+    _push(scene, objectUniqueId, linkIndex, flags, 2, numbers)
 
 
 def _push(

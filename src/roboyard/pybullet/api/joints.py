@@ -202,7 +202,7 @@ def resetJointStatesMultiDof(
     joints = indices(jointIndices)
     values, velocities = list(targetValues), list(targetVelocities or ())
     for given in (values, velocities):
-        if joints and given and len(given) != len(joints):
+        if given and len(given) != len(joints) and joints:
             raise failure(
                 "Number of targetValues and targetVelocities needs to match number of indices.",
                 f"expected {len(joints)}, got {len(given)}",
@@ -305,9 +305,11 @@ def _reset_all(client: Client, body: int, joints: list[int], values: list[Any]) 
     except (TypeError, ValueError):
         return False
     scalar, count = record.is_scalar, record.joint_count
-    if not (are_finite(tuple(numbers)) and all(0 <= joint < count and scalar[joint] for joint in joints)):
+    if min(joints) < 0 or max(joints) >= count or not all(map(scalar.__getitem__, joints)):
         return False
-    qpos, qvel = record.qpos, record.qvel
+    if not are_finite(tuple(numbers)):
+        return False
+    qpos, qvel = record.words
     positions, velocities = record.position_addresses, record.velocity_addresses
     for joint, position in zip(joints, numbers, strict=True):
         qpos[positions[joint]] = position

@@ -26,11 +26,17 @@ def setGravity(client: Client, gravX: float, gravY: float, gravZ: float) -> None
     Raises:
         error: it is not finite.
     """
-    gravity = (number(gravX), number(gravY), number(gravZ))
-    if not all(map(isfinite, gravity)):
+    if type(gravX) in _PLAIN and type(gravY) in _PLAIN and type(gravZ) in _PLAIN:
+        gravity = (float(gravX), float(gravY), float(gravZ))
+    else:
+        gravity = (number(gravX), number(gravY), number(gravZ))
+    x, y, z = gravity
+    total = x + y + z
+    if total - total != 0.0 and not all(map(isfinite, gravity)):
         raise failure("setGravity failed.", f"gravity must be finite, got {gravity}")
-    client.parameters.gravity = gravity
-    client.parameters.revision += 1
+    parameters = client.parameters
+    parameters.gravity = gravity
+    parameters.revision += 1
 
 
 @command()
@@ -40,8 +46,12 @@ def setTimeStep(client: Client, timeStep: float) -> None:
     Raises:
         error: it is not finite.
     """
-    client.parameters.time_step = _time_step(timeStep, "setTimeStep")
-    client.parameters.revision += 1
+    parameters = client.parameters
+    if type(timeStep) is float and timeStep - timeStep == 0.0:
+        parameters.time_step = timeStep
+    else:
+        parameters.time_step = _time_step(timeStep, "setTimeStep")
+    parameters.revision += 1
 
 
 @command()
@@ -51,15 +61,18 @@ def setRealTimeSimulation(client: Client, enableRealTimeSimulation: int) -> None
     Without a window the setting is stored, and the world advances only with stepSimulation, as in PyBullet's
     DIRECT mode.
     """
-    client.parameters.real_time = whole(enableRealTimeSimulation)
-    client.follow_clock(bool(client.parameters.real_time))
+    real_time = client.parameters.real_time = whole(enableRealTimeSimulation)
+    client.follow_clock(bool(real_time))
 
 
 @command()
 def setDefaultContactERP(client: Client, defaultContactERP: float) -> None:
     """Set the share of a penetration that is corrected in a step; 0.08 by default."""
-    client.parameters.others[CONTACT_ERP] = number(defaultContactERP)
-    client.parameters.revision += 1
+    parameters = client.parameters
+    parameters.others[CONTACT_ERP] = (
+        defaultContactERP if type(defaultContactERP) is float else number(defaultContactERP)
+    )
+    parameters.revision += 1
 
 
 @command()
@@ -108,9 +121,22 @@ def setPhysicsEngineParameter(
     Raises:
         error: there are more than MAX_SUB_STEPS substeps, or the time step is not finite.
     """
-    settings = dict(locals())
-    parameters: EngineParameters = settings.pop("client").parameters
-    for name, value in settings.items():
+    given = (
+        fixedTimeStep, numSolverIterations, useSplitImpulse, splitImpulsePenetrationThreshold, numSubSteps,
+        collisionFilterMode, contactBreakingThreshold, maxNumCmdPer1ms, enableFileCaching,
+        restitutionVelocityThreshold, erp, contactERP, frictionERP, enableConeFriction,
+        deterministicOverlappingPairs, allowedCcdPenetration, jointFeedbackMode, solverResidualThreshold,
+        contactSlop, enableSAT, constraintSolverType, globalCFM, minimumSolverIslandSize,
+        reportSolverAnalytics, warmStartingFactor, sparseSdfVoxelSize, numNonContactInnerIterations,
+    )  # fmt: skip
+    parameters: EngineParameters = client.parameters
+    try:
+        places = [place for place, value in enumerate(given) if not value < 0]
+    except TypeError:
+        places = range(len(given))
+    names = setPhysicsEngineParameter.__code__.co_varnames
+    for place in places:
+        name, value = names[place + 1], given[place]
         if (value if type(value) in _PLAIN else number(value)) < 0:
             continue
         attribute = _ATTRIBUTES.get(name)
@@ -171,4 +197,5 @@ def getPhysicsEngineParameters(client: Client) -> dict[str, float]:
 @command()
 def setTimeOut(client: Client, timeOutInSeconds: float) -> None:
     """Set how long a remote client waits for an answer (s); a client in this process does not wait."""
-    number(timeOutInSeconds)
+    if type(timeOutInSeconds) not in _PLAIN:
+        number(timeOutInSeconds)

@@ -49,13 +49,14 @@ def rayTest(
     """
     start = vector3(rayFromPosition, "Error in rayTest: rayFromPosition")
     end = vector3(rayToPosition, "Error in rayTest: rayToPosition")
-    if not client.scene.bodies:
+    scene = client.scene
+    if not scene.bodies:
         return (_MISS,)
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     mask, wanted = whole(collisionFilterMask), whole(reportHitNumber)
     if wanted < 0:
-        return (next(_entering_hits(client.scene, start, way, mask), _MISS),)
-    return (_numbered_hit(client.scene, start, way, mask, wanted),)
+        return (next(_entering_hits(scene, start, way, mask), _MISS),)
+    return (_numbered_hit(scene, start, way, mask, wanted),)
 
 
 @command()
@@ -235,17 +236,21 @@ def _entering_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -
         while soft and soft[0][2] < fraction:
             yield soft.pop(0)
         slope = way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2]
-        body, link = world.geom_owners[geom].tolist()
-        number_ = scene.record_of(body).number
-        if slope <= 0.0 and scene.filters.group_of(number_, link - 1) & mask:
-            margin = float(scene.geom_margins()[geom])
+        known, places = scene.shape_places
+        if known != world.revision:
+            scene.shape_places = world.revision, (places := {})
+        if geom not in places:
+            body, link = world.geom_owners[geom].tolist()
+            places[geom] = scene.record_of(body).number, link - 1, float(scene.geom_margins()[geom])
+        number_, link, margin = places[geom]
+        if slope <= 0.0 and scene.filters.shows(number_, link, mask):
             if margin:
                 length = sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
                 nearer = max(fraction - margin / max(-slope, length / _MAX_GRAZING), 0.0)
             else:
                 nearer = fraction
             at = (start[0] + nearer * way[0], start[1] + nearer * way[1], start[2] + nearer * way[2])
-            yield number_, link - 1, nearer, at, normal
+            yield number_, link, nearer, at, normal
         found = first_shape(world, start, way, fraction + _RESUME_OFFSET)
     yield from soft
 

@@ -97,17 +97,18 @@ def configureDebugVisualizer(
         error: a vector does not have three numbers.
     """
     camera = client.visualizer
-    if whole(flag) >= 0:
-        camera.switches[whole(flag)] = whole(enable)
+    flag = whole(flag)
+    if flag >= 0:
+        camera.switches[flag] = whole(enable)
         if flag == c.COV_ENABLE_Y_AXIS_UP:
             camera.up_axis = 1 if enable else 2
     if whole(shadowMapResolution) >= 0:
         camera.settings["shadowMapResolution"] = shadowMapResolution
     if whole(shadowMapWorldSize) >= 0:
         camera.settings["shadowMapWorldSize"] = shadowMapWorldSize
-    if number(remoteSyncTransformInterval) >= 0:
+    if remoteSyncTransformInterval != -1.0 and number(remoteSyncTransformInterval) >= 0:
         camera.settings["remoteSyncTransformInterval"] = remoteSyncTransformInterval
-    if number(shadowMapIntensity) >= 0:
+    if shadowMapIntensity != -1.0 and number(shadowMapIntensity) >= 0:
         camera.settings["shadowMapIntensity"] = shadowMapIntensity
     if lightPosition is not None:
         camera.settings["lightPosition"] = vector3(lightPosition, "Error converting lightPosition[3]")

@@ -48,6 +48,8 @@ class LogSet:
 
     def first_of(self, kind: type[R]) -> R | None:
         """Return the first recorder of a class, or None."""
+        if not self._recorders:
+            return None
         return next((each for each in self._recorders.values() if isinstance(each, kind)), None)
 
     def after_step(self) -> None:

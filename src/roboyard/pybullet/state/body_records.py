@@ -183,6 +183,8 @@ class BodyRecord:
         """Pushes a link; created on first use."""
         self.link_boxes: LinkBoxes | None = None
         """Boxes around links; created on first use."""
+        self.geoms: list[tuple[int, int, int]] | None = None
+        """Body, link and MuJoCo geom of each collision shape; looked up on first use."""
         self._layout: JointLayout | None = None
         self._tree: LinkTree | None = None
         self._has_tree = True
@@ -191,6 +193,10 @@ class BodyRecord:
         self.free: Array | None = None
         """View of the free joint's (7,) numbers in qpos; None for a fixed base."""
         self.free_velocity: Array | None = None
+        self.words: tuple[Any, Any] = (memoryview(b""), memoryview(b""))
+        """The memory of qpos and qvel."""
+        self.base_bytes = self.base_speed_bytes = -1
+        """Where the numbers of the free joint begin in it; -1 for a fixed base."""
         self.position_addresses: list[int] = []
         self.velocity_addresses: list[int] = []
         self.qpos = self.qvel = np.zeros(0)
@@ -243,11 +249,13 @@ class BodyRecord:
         self.joint_groups.clear()
         self.link_groups.clear()
         self.chain_places = None
-        self.link_reader = self.link_pusher = self.link_boxes = None
+        self.link_reader = self.link_pusher = self.link_boxes = self.geoms = None
         self._layout = self._tree = None
         self._has_tree = True
         self.rows = [int(row) for row in body.mujoco_ids]
         self.qpos, self.qvel = data.qpos, data.qvel
+        self.words = self.qpos.data, self.qvel.data
+        self.base_bytes, self.base_speed_bytes = 8 * body.free_qpos, 8 * body.free_dof
         self.position_addresses = [int(a) for a in body.qpos_addresses]
         self.velocity_addresses = [int(a) for a in body.dof_addresses]
         if body.free_qpos >= 0:

@@ -57,12 +57,14 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
     arrays = kernels.Pushed(xpos, xquat, xipos, qpos, frames, applied)
 
     def push(link: int, local: int, numbers: tuple[Any, ...]) -> bool:
-        place = -1 if link >= 0 else free
-        if place < 0:
+        if link >= 0 or free < 0:
             if scene.frames_are_old:
                 scene.frames(fresh=True)
-            else:
+            elif world.is_moved:
                 world.kinematics()
+            place = -1
+        else:
+            place = free
         shown, turns = world.kept_frames or (xpos, xquat)
         link += 1
         if kernels.push_link(arrays, shown, turns, rows[link], link, place, local, *numbers):

@@ -42,6 +42,10 @@ class PairFilters:
             return given[0]
         return STATIC_GROUP if self._is_static(body, link) else DEFAULT_GROUP
 
+    def shows(self, body: int, link: int, mask: int) -> bool:
+        """Return whether the group of a link shares a bit with a mask."""
+        return (mask == -1 and not self._groups) or bool(self.group_of(body, link) & mask)
+
     def outside(self, mask: int, places: Iterable[Place]) -> set[Place]:
         """Return those of some links whose groups share no bit with a mask; body -1 is none."""
         if mask == -1 and not self._groups:

@@ -68,6 +68,8 @@ class PhysicsScene:
         """Motor commands of bodies that are not applied to the World yet."""
         self.filters = PairFilters(self.world, self.bodies)
         self._query_shapes: QueryShapes | None = None
+        self.shape_places: tuple[int, dict[int, tuple[int, int, float]]] = (-1, {})
+        """Revision of the World, and MuJoCo geom to body, link and margin (m) of shapes that were hit."""
         self._geom_margins: Any = None
         self._contact_reaches: Any = None
         self.world.surfaces.margins_of = self.geom_margins

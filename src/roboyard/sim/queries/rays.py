@@ -172,14 +172,18 @@ def first_shape(
         return None
     world.show_triangles()
     data = world.kinematics()
-    geom, normal = np.zeros(1, dtype=np.int32), np.zeros(3)
-    origin = np.array([start[0] + behind * x, start[1] + behind * y, start[2] + behind * z])
-    direction = np.array([x / length, y / length, z / length])
+    given = world.one_ray
+    if given is None:
+        given = world.one_ray = np.zeros(3), np.zeros(3), np.zeros(1, dtype=np.int32), np.zeros(3)
+    origin, direction, geom, normal = given
+    a, b, c = start
+    origin[:] = a + behind * x, b + behind * y, c + behind * z
+    direction[:] = x / length, y / length, z / length
     distance = mujoco.mj_ray(world.live_model, data, origin, direction, _COLLISIONS, True, -1, geom, normal)
     fraction = behind + distance / length
     if distance < 0.0 or fraction > 1.0:
         return None
-    return int(geom[0]), fraction, tuple(normal.tolist())
+    return geom.item(), fraction, tuple(normal.tolist())
 
 
 def cast_one(world: Engine[Body], start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> RayHit | None:
