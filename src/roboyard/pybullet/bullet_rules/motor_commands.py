@@ -44,7 +44,7 @@ START.later(_load)
 class _Group:
     """Joints that are commanded together; fixed ones are skipped."""
 
-    __slots__ = ("count", "driven", "lower", "picked", "rows", "scratch", "upper")
+    __slots__ = ("count", "driven", "lower", "picked", "rows", "scratch", "unbounded", "upper")
 
     def __init__(self, key: tuple[int, ...], all_rows: list[int], limits: np.ndarray) -> None:
         self.count = len(key)
@@ -53,6 +53,7 @@ class _Group:
         self.rows = np.array(all_rows)[self.picked]
         self.lower, self.upper = limits[:, 0].copy(), limits[:, 1].copy()
         self.scratch = np.zeros((len(key), 5))
+        self.unbounded = (DEFAULT_MAX_FORCE,) * len(key)
 
 
 class MotorCommands:
@@ -168,24 +169,27 @@ class MotorCommands:
                 self._last = joints[:], group
         if group is None or (mode != _POSITION and mode != _VELOCITY):
             return False
-        count = group.count
-        bounds = (DEFAULT_MAX_FORCE,) * count if forces is None else tuple(_plain(forces))
-        if len(bounds) != count or not self._motors_off.isdisjoint(group.driven):
+        count, off = group.count, self._motors_off
+        if off and not off.isdisjoint(group.driven):
             return False
-        known = self._bounds_in_use
-        is_new = known is None or known[0] is not group or known[1] != bounds or known[2] != time_step
-        total = 0.0
-        if is_new:
+        if forces is None:
+            bounds = group.unbounded
+        else:
+            bounds = tuple(forces.tolist() if type(forces) is np.ndarray else forces)
+            if len(bounds) != count:
+                return False
+        known, total = self._bounds_in_use, 0.0
+        if known is None or known[0] is not group or known[2] != time_step or known[1] != bounds:
             if not min(bounds) > 0.0:
                 return False
             total = sum(bounds)
         if positions is not None:
-            positions = tuple(_plain(positions))
+            positions = tuple(positions.tolist() if type(positions) is np.ndarray else positions)
             if len(positions) != count:
                 return False
             total += sum(positions)
         if velocities is not None:
-            velocities = tuple(_plain(velocities))
+            velocities = tuple(velocities.tolist() if type(velocities) is np.ndarray else velocities)
             if len(velocities) != count:
                 return False
             total += sum(velocities)
@@ -200,7 +204,7 @@ class MotorCommands:
             return False
         pending = self.pending
         if pending:
-            pending.pop(group, None)
+            pending.pop(group, None)  # the last one given is applied last
         pending[group] = (mode, bounds, time_step, positions, velocities, kps, kds)
         return True
 
