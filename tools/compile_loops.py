@@ -21,7 +21,7 @@ from roboyard.native import Kernel
 from roboyard.native.fronts import Front
 
 PACKAGE = Path(roboyard.__file__).parent
-DECORATED = re.compile(r"^(@(compiled|fronted|kernel)|FRONT = Front)\(", re.MULTILINE)
+DECORATED = re.compile(r"^(@(compiled|fronted|kernel)|[A-Z]+ = Front)\(", re.MULTILINE)
 
 
 def main() -> None:

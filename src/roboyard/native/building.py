@@ -70,8 +70,10 @@ def machine_code(
         is_small: whether code and constants stand within 2 GiB of each other, else anywhere.
     """
     if isinstance(signature, EntrySignature):
-        options: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "forceinline": True}
-        own = {"part": njit(**options), "words": _words, "word": _word}
+        options: dict[str, Any] = {"error_model": "numpy", "forceinline": True}
+        own: dict[str, Any] = {"part": njit(**options), "words": _words, "word": _word, "np": np}
+        own |= {"_loop": jit(function), "matrix": _view(Argument("float64", 2))}
+        own |= {"numbers": _view(Argument("float64", 1)), "integers": _view(Argument("int64", 1))}
         return _compiled(signature.source, own | PYTHON, 4, name, is_small)
     loop = jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan)
     values: dict[str, Any] = {"_loop": loop, "np": np, **PYTHON}

@@ -6,7 +6,7 @@ import ctypes
 from types import FunctionType
 from typing import Any
 
-_FASTCALL = 0x80  # METH_FASTCALL of Python's C interface
+_FASTCALL, _KEYWORDS = 0x80, 0x02  # METH_FASTCALL and METH_KEYWORDS of Python's C interface
 
 
 class _Definition(ctypes.Structure):
@@ -23,6 +23,7 @@ class _Definition(ctypes.Structure):
 _new = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.POINTER(_Definition), ctypes.py_object, ctypes.py_object)(
     ("PyCFunction_NewEx", ctypes.pythonapi)
 )
+_definitions: list[_Definition] = []
 _made: dict[Any, tuple[FunctionType, _Definition]] = {}
 """Builtin function to its Python source, and to the definition that it refers to."""
 
@@ -40,6 +41,20 @@ def builtin_function(function: FunctionType, address: int) -> Any:
     made = _new(ctypes.byref(definition), None, function.__module__)
     _made[made] = function, definition
     return made
+
+
+def bound_function(name: str, address: int, state: object) -> Any:
+    """Return a builtin function which calls machine code with its own state.
+
+    Args:
+        name: its name.
+        address: of the machine code, whose arguments are the state, the address of the objects, their number
+            and the names of keywords.
+        state: any object, which it keeps.
+    """
+    definition = _Definition(name.encode(), address, _FASTCALL | _KEYWORDS, None)
+    _definitions.append(definition)
+    return _new(ctypes.byref(definition), state, None)
 
 
 def source_function(called: Any) -> Any:

@@ -34,6 +34,8 @@ PYTHON: dict[str, Any] = {
         "PyList_Size": WORD(WORD),
         "PyLong_AsLongLong": WORD(WORD),
         "PyLong_FromLongLong": WORD(WORD),
+        "PyObject_GetAttr": WORD(WORD, WORD),
+        "PyObject_SetAttr": types.int32(WORD, WORD, WORD),
         "PyObject_Type": WORD(WORD),
         "PyObject_Vectorcall": WORD(WORD, types.CPointer(WORD), WORD, WORD),
         "PySequence_GetItem": WORD(WORD, WORD),

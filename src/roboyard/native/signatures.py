@@ -107,8 +107,9 @@ class EntrySignature:
     source: str
     """Python that numba can compile.
 
-    It may call all of `python_functions.PYTHON`, `words()`, which gives 64 words of memory that last until it
-    returns, and `word(address, place)`. Functions that it calls are decorated with `part`.
+    It may call all of `python_functions.PYTHON`, `_loop`, which is the core, `words()`, which gives 64 words
+    of memory that last until it returns, `word(address, place)`, and `matrix`, `numbers` and `integers` for
+    the float64 and int64 arrays at an address. Functions that it calls are decorated with `part`.
     """
 
 

@@ -9,6 +9,7 @@ from roboyard._lazy import paused_collection
 from roboyard.pybullet.bullet_rules.picture_light import PictureLight
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.commands import COMMANDS
+from roboyard.pybullet.face.direct_calls import PREPARED
 from roboyard.pybullet.logs.log_set import LogSet
 from roboyard.pybullet.state.debug_items import DebugItems
 from roboyard.pybullet.state.engine_parameters import EngineParameters
@@ -48,6 +49,8 @@ class Client:
         self._first_texture = 0
         self.mounts: FileMounts | None = None
         """Folders and zip files in which files are searched, once the fileIOPlugin is loaded."""
+        self.prepared: dict[str, dict[int, Any]] = {kind: {} for kind in PREPARED}
+        """Arrays of bodies for commands that are machine code, by kind and body."""
         self._history: Any = ()
         """Bodies that the script created step by step before the last reset; the body pool reuses them."""
 
@@ -69,10 +72,13 @@ class Client:
             from roboyard.pybullet.state.physics_scene import PhysicsScene
 
         self.scene = PhysicsScene(self.parameters, self._first_texture)
+        self.scene.world.prepared = self.prepared
         self.scene.world.pool.restore_history(self._history)
         return self.scene
 
     def _release_scene(self) -> None:
+        for known in self.prepared.values():
+            known.clear()
         scene = self.__dict__.pop("scene", None)
         if scene is not None:
             scene.release()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.client import Client
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.direct_calls import DIRECT, forget
+from roboyard.pybullet.face.direct_calls import close_to_machine_code, forget, open_to_machine_code
 from roboyard.pybullet.face.errors import failure, unavailable
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def connect(method: int, *args: Any, **kwargs: Any) -> int:
     CLIENTS[number] = client
     forget()
     if type(client) is Client:
-        DIRECT[number] = client
+        open_to_machine_code(number, client)
     return number
 
 
@@ -161,8 +161,7 @@ def disconnect(physicsClientId: int = 0) -> None:
     try:
         client.close()
     finally:
-        DIRECT.pop(physicsClientId, None)
-        forget()
+        close_to_machine_code(physicsClientId)
 
 
 def isConnected(physicsClientId: int = 0) -> int:

@@ -54,6 +54,8 @@ class Engine(Generic[BodyT]):
         self.pool = BodyPool(self)
         self.body_by_id: dict[int, BodyT] = {}
         self.profile = profile
+        self.prepared: dict[str, dict[int, Any]] = {}
+        """Data of other layers about rows of MuJoCo's arrays, by kind; dropped when these change."""
         self.revision = 0
         """Grows whenever rows of MuJoCo's arrays change."""
         self.hard_contacts = profile.hard_contacts
@@ -177,6 +179,15 @@ class Engine(Generic[BodyT]):
     def mark_stale(self) -> None:
         """Note an edit of the spec: compile before the next use."""
         self.is_stale = True
+        self._drop_prepared()
+
+    def _drop_prepared(self) -> None:
+        for known in self.prepared.values():
+            known.clear()
+
+    def _next_revision(self) -> None:
+        self.revision += 1
+        self._drop_prepared()
 
     def mark_inertia_changed(self) -> None:
         """Note that masses or inertias were written: what MuJoCo computes of them is updated when it is next
@@ -245,7 +256,7 @@ class Engine(Generic[BodyT]):
         self.is_stale = self._inertia_changed = False
         self._reference = None
         bound_inverse_weights(self._model)
-        self.revision += 1
+        self._next_revision()
         self._set_contact_law(self.body_by_id.values())
         self.pool.locate()
         for body in self.body_by_id.values():
@@ -292,7 +303,7 @@ class Engine(Generic[BodyT]):
             self.ensure_compiled()
             mujoco.mj_setState(self._model, self._data, values, _STATE)
         else:
-            self.revision += 1
+            self._next_revision()
             self._after_compile()
         self.mark_moved()
         if not grows and "memory" in message:
@@ -333,7 +344,7 @@ class Engine(Generic[BodyT]):
             for index, record in enumerate(body.built.links):
                 rows = [geom.id for geom in (*record.geoms, *record.visuals)]
                 self._geom_owners[rows] = (owner, -1 if owner < 0 else index)
-        self.revision += 1
+        self._next_revision()
         self.mark_moved()
 
     @property

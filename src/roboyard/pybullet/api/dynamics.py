@@ -161,6 +161,7 @@ def changeDynamics(
     if collisionMargin != -1.0 and number(collisionMargin) >= 0:
         state.collision_margin, state.is_solid = collisionMargin, False
         record.link_boxes = None
+        scene.world.prepared.get("box", {}).pop(record.number, None)
     if linkIndex >= 0:
         joint = record.body.joints[linkIndex]
         if jointDamping >= 0:

@@ -9,7 +9,9 @@ from roboyard.errors import RoboyardError
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import replace_pushes
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -119,3 +121,6 @@ def _checked(flags: int, numbers: Iterable[Any]) -> None:
         raise failure("flag has to be either WORLD_FRAME or LINK_FRAME", f"got flags={flags}")
     for value in numbers:
         number(value)
+
+
+START.later(replace_pushes)

@@ -12,7 +12,9 @@ from roboyard.pybullet.bullet_rules.ray_kernels import enter_shapes
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import replace_boxes
 from roboyard.sim.queries.rays import first_shape
 from roboyard.transforms import rotate
 
@@ -268,3 +270,6 @@ def _soft_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> li
                 at = tuple(s + fraction[0] * w for s, w in zip(start, way, strict=True))
                 found.append((number_, -1, float(fraction[0]), at, tuple(normal[0].tolist())))
     return sorted(found, key=lambda hit: hit[2])
+
+
+START.later(replace_boxes)

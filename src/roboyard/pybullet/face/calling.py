@@ -202,6 +202,7 @@ def public(
     made.__module__, made.__qualname__ = module, name
     if CAN_START:
         made.entered = START
+        START.functions[name] = made
     return made
 
 

@@ -20,6 +20,8 @@ MANY, MOST = 1000, 5000
 """After so many calls of commands stored machine code is loaded (0.4 ms), or compiled once and for all."""
 DIRECT: dict[int, Any] = {}
 """Clients in this process, by number, whose methods are the commands themselves."""
+PREPARED: dict[str, dict[Any, dict[int, Any]]] = {"push": {}, "box": {}}
+"""Kind to clients of `DIRECT` to bodies to what commands that are machine code need of them."""
 FILLED: dict[Any, dict[Any, Any]] = {}
 """Command to its kept answers by the arguments, where there are any."""
 
@@ -45,12 +47,27 @@ class Call(NamedTuple):
     """`FILLED` where the command may change kept answers."""
 
 
+def open_to_machine_code(number: int, client: Any) -> None:
+    """Let machine code call the commands of a client."""
+    DIRECT[number] = client
+    for kind, clients in PREPARED.items():
+        clients[client] = client.prepared[kind]
+
+
+def close_to_machine_code(number: int) -> None:
+    """Forget a client; an unknown number is ignored."""
+    client = DIRECT.pop(number, None)
+    for clients in PREPARED.values():
+        clients.pop(client, None)
+    forget()
+
+
 def call_of(command: Callable[..., Any], names: tuple[str, ...], required: tuple[str, ...]) -> Call:
     """Return what the machine code needs to call a command."""
     name = command.__name__
     return Call(
         clients=DIRECT,
-        command=command,
+        command=START.replaced.get(name, command),
         failure=partial(fail, name),
         client_name=sys.intern("physicsClientId"),
         zero=0,
@@ -85,12 +102,23 @@ class Start:
         self._address = 0
         self._definitions: list[Any] = []
         self._waiting: list[Callable[[bool], None]] = []
+        self.functions: dict[str, Any] = {}
+        """Public functions by name, as far as there are any."""
+        self.replaced: dict[str, Any] = {}
+        """Commands that are machine code as a whole, by name."""
 
     def later(self, load: Callable[[bool], None]) -> None:
         """Call `load(compiles)` when machine code is first used; `compiles`: what is not stored, too."""
         self._waiting.append(load)
         if self._address:
             load(False)
+
+    def replace(self, name: str, command: Any) -> None:
+        """Call another function for a command."""
+        self.replaced[name] = command
+        if name in self.functions:
+            (cell,) = self.functions[name].__closure__
+            cell.cell_contents = cell.cell_contents._replace(command=command)
 
     def enter(self) -> None:
         """Load the machine code, where that costs little, and let all built-ins enter it."""

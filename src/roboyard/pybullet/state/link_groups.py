@@ -73,6 +73,11 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
         return False
 
     record.link_pusher = push
+    if "push" in world.prepared:
+        world.prepared["push"][record.number] = (
+            *(scene, world, wrenches, xpos, xquat, xipos, qpos, frames, applied),
+            *(np.array(rows, dtype=np.int64), free),
+        )
     return push
 
 
@@ -91,6 +96,10 @@ class LinkBoxes:
             bounds, margin = record.bounds(place - 1)
             kind = {"sphere": 1.0, "plane": 2.0}.get(bounds.kind, 0.0)
             self._boxes[place] = *bounds.grown(margin).reshape(-1), kind, bool(link.collisions)
+        if "box" in world.prepared and record.soft is None:
+            world.prepared["box"][record.number] = (
+                *(world, data.xpos, data.xquat, self._frames, self._boxes, self._rows, self._box),
+            )
 
     def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the two (3,) corners of a link's box in the world (m); -1 for the base."""

@@ -167,6 +167,11 @@ def _write_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
     out[3], out[4], out[5] = x + a + u, y + b + v, z + c + t
 
 
+def link_box_of(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
+    """`link_box` as a part of machine code."""
+    _write_box(xpos, xquat, frames, boxes, row, link, out)
+
+
 @compiled("f8[:,:] f8[:,:] f8[:,:] f8[:,:] i8 i8 f8[:]")
 def link_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
     """Write the lower and the upper corner of the box around a link's shapes in the world to `out` (6,).
@@ -285,3 +290,12 @@ def push_link(  # pragma: no cover
     out[row, 4] += ty
     out[row, 5] += tz
     return 1
+
+
+def push_link_of(  # pragma: no cover
+    xpos, xquat, xipos, qpos, frames, applied, shown, turns, row, link, free, local,
+    fx, fy, fz, tx, ty, tz, px, py, pz,
+):  # fmt: skip
+    """`push_link` as a part of machine code."""
+    arrays = (xpos, xquat, xipos, qpos, frames, applied)
+    return push_link(arrays, shown, turns, row, link, free, local, fx, fy, fz, tx, ty, tz, px, py, pz)

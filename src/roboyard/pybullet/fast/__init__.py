@@ -1,0 +1,1 @@
+"""Commands as machine code, which programs enter after many calls."""

@@ -1,0 +1,154 @@
+"""Commands that are machine code as a whole, where a body's arrays are prepared: pushes, boxes and motors.
+
+A command's first call of a body is the Python function's, which prepares the body's arrays. Later ones are
+read, computed and answered by machine code, until rows of MuJoCo's arrays change (`Engine.prepared`). What
+is irregular (a keyword, another length, text, a number that is not finite) goes to the Python function.
+"""
+
+from __future__ import annotations
+
+from roboyard.native.fronts import Front
+from roboyard.native.signatures import EntrySignature
+from roboyard.pybullet.state.state_kernels import link_box_of, push_link_of
+
+_PARTS = """
+KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
+
+@part
+def found(table, key):
+    value = PyDict_GetItemWithError(table, key)
+    if value == 0 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+    return value
+
+@part
+def item(given, place):
+    found = PySequence_GetItem(given, place)
+    if found == 0:
+        PyErr_Clear()
+        return np.nan
+    value = PyFloat_AsDouble(found)
+    if value == -1.0 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+        value = np.nan
+    Py_DecRef(found)
+    return value
+
+@part
+def has_length(given, length):
+    found = PySequence_Size(given)
+    if found < 0:
+        PyErr_Clear()
+    return found == length
+
+@part
+def attribute(owner, name):
+    value = PyObject_GetAttr(owner, name)
+    if value == 0:
+        PyErr_Clear()
+    else:
+        Py_DecRef(value)  # its owner keeps it
+    return value
+
+@part
+def prepared(state, client, body):
+    bodies = found(word(state, ITEMS + 1), client)
+    return 0 if bodies == 0 else found(bodies, body)
+"""
+
+_PUSH = f"""{_PARTS}
+COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, OLD, KEPT, PENDING, PUSHED, HAS_POINT = range(3, 14)
+SCENE, WORLD, WRENCHES, XPOS, XQUAT, XIPOS, QPOS, FRAMES, APPLIED, ROWS, FREE = range(3, 14)
+
+@part
+def push(state, body, given, count, has_point):
+    flags, one, true = given[count - 1], word(state, ONE), word(state, TRUE)
+    if word(given[2], KIND) != word(one, KIND) or word(flags, KIND) != word(one, KIND):
+        return False
+    if not has_length(given[3], 3) or (has_point and not has_length(given[4], 3)):
+        return False
+    fx = fy = fz = tx = ty = tz = px = py = pz = 0.0
+    x, y, z = item(given[3], 0), item(given[3], 1), item(given[3], 2)
+    if has_point:
+        fx, fy, fz = x, y, z
+        px, py, pz = item(given[4], 0), item(given[4], 1), item(given[4], 2)
+    else:
+        tx, ty, tz = x, y, z
+    link, frame = PyLong_AsLongLong(given[2]), PyLong_AsLongLong(flags)
+    rows, world = integers(word(body, ROWS)), word(body, WORLD)
+    if link < -1 or link >= len(rows) - 1 or frame < 1 or frame > 2:
+        return False
+    place = PyLong_AsLongLong(word(body, FREE)) if link < 0 else -1
+    if place < 0 and (
+        attribute(world, word(state, MOVED)) == true
+        or attribute(word(body, SCENE), word(state, OLD)) == true
+    ):
+        return False
+    shown, turns = word(body, XPOS), word(body, XQUAT)
+    kept = attribute(world, word(state, KEPT))
+    if kept != word(state, NONE) and kept != 0:
+        shown, turns = word(kept, ITEMS), word(kept, ITEMS + 1)
+    local = (1 if frame == 1 else 0) + (0 if has_point else 2)
+    if _loop(
+        matrix(word(body, XPOS)), matrix(word(body, XQUAT)), matrix(word(body, XIPOS)),
+        numbers(word(body, QPOS)), matrix(word(body, FRAMES)), matrix(word(body, APPLIED)),
+        matrix(shown), matrix(turns), rows[link + 1], link + 1, place, local,
+        fx, fy, fz, tx, ty, tz, px, py, pz,
+    ) == 0:
+        return False
+    PyObject_SetAttr(word(body, WRENCHES), word(state, PENDING), true)
+    PyObject_SetAttr(word(body, WRENCHES), word(state, PUSHED), true)
+    return True
+
+def entry(state, given, count, keywords):
+    has_point = word(state, HAS_POINT) == word(state, TRUE)
+    if keywords == 0 and count == (6 if has_point else 5):
+        body = prepared(state, given[0], given[1])
+        if body != 0:
+            Py_IncRef(body)
+            is_done = push(state, body, given, count, has_point)
+            Py_DecRef(body)
+            if is_done:
+                Py_IncRef(word(state, NONE))
+                return word(state, NONE)
+    return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+"""
+PUSH = Front(push_link_of, EntrySignature(_PUSH))
+"""applyExternalForce and applyExternalTorque."""
+
+_BOX = f"""{_PARTS}
+COMMAND, PREPARED, NONE, TRUE, ONE, MOVED = range(3, 9)
+WORLD, XPOS, XQUAT, FRAMES, BOXES, ROWS, OUT = range(3, 10)
+
+@part
+def corner(out, first):
+    made = PyTuple_New(3)
+    for k in range(3):
+        PyTuple_SetItem(made, k, PyFloat_FromDouble(out[first + k]))
+    return made
+
+def entry(state, given, count, keywords):
+    if keywords == 0 and (count == 2 or count == 3):
+        body, one = prepared(state, given[0], given[1]), word(state, ONE)
+        if body != 0 and (count == 2 or word(given[2], KIND) == word(one, KIND)):
+            link = PyLong_AsLongLong(given[2]) if count == 3 else -1
+            rows = integers(word(body, ROWS))
+            moved = attribute(word(body, WORLD), word(state, MOVED))
+            if -1 <= link < len(rows) - 1 and moved != word(state, TRUE):
+                out = numbers(word(body, OUT))
+                _loop(
+                    matrix(word(body, XPOS)), matrix(word(body, XQUAT)), matrix(word(body, FRAMES)),
+                    matrix(word(body, BOXES)), rows[link + 1], link + 1, out,
+                )
+                made = PyTuple_New(2)
+                PyTuple_SetItem(made, 0, corner(out, 0))
+                PyTuple_SetItem(made, 1, corner(out, 3))
+                return made
+    return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+"""
+BOX = Front(link_box_of, EntrySignature(_BOX))
+"""getAABB."""
+
+
+for _front in (PUSH, BOX):
+    vars(_front.core)["front"] = _front
