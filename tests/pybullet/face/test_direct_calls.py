@@ -80,6 +80,18 @@ CALLS: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
     ("changeDynamics", (0, -1), {"lateralFriction": 0.7, "physicsClientId": 0, "restitution": 0.1}),
     ("getUserDataId", (0, "physicsClientId"), {}),
     ("rayTest", ([0, 0, 3], [0, 0, 0]), {}),
+    ("rayTest", (), {"rayToPosition": [0, 0, 0], "rayFromPosition": [0, 0, 3]}),
+    ("rayTest", ([0, 0, 3],), {"reportHitNumber": 0, "rayToPosition": [0, 0, 0], "physicsClientId": 0}),
+    ("rayTest", ([0, 0, 3],), {"reportHitNumber": 0}),
+    ("rayTest", (), {"rayToPosition": [0, 0, 0]}),
+    ("rayTest", ([0, 0, 3], [0, 0, 0], -1, -1, 0), {}),
+    ("rayTest", ([0, 0, 3], [0, 0, 0], -1, -1), {"physicsClientId": 0}),
+    ("rayTest", ([0, 0, 3], [0, 0, 0]), {"rayFromPosition": [0, 0, 3]}),
+    ("getDynamicsInfo", (), {"linkIndex": -1, "bodyUniqueId": 0}),
+    ("getDynamicsInfo", (), {"linkIndex": -1}),
+    ("getVisualShapeData", (0,), {}),
+    ("getVisualShapeData", (0,), {"flags": 0}),
+    ("getVisualShapeData", (0,), {"flags": 1}),
 ]
 
 

@@ -82,7 +82,7 @@ def test_pushes_are_those_of_the_python_function(robot: int, name: str, given: t
             expected = forces()
             getattr(p, name)(robot, *given)
             np.testing.assert_array_equal(forces(), expected)
-            getattr(p, name)(robot, *given, physicsClientId=0)
+            getattr(p, name)(robot, *given[:-1], flags=given[-1], physicsClientId=0)
             np.testing.assert_array_equal(forces(), expected)
     assert expected.any()
 

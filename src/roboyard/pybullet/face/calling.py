@@ -197,7 +197,9 @@ def public(
         lines.insert(0, "if _next(_numbers) in _when: _enter()")
     source = "\n    ".join((f"def public(_call):\n  def {name}({', '.join(shown)}):", *lines))
     exec(code_of(f"{source}\n  return {name}", f"<{_MODULE}.{name}>"), values)  # noqa: S102 - our own source
-    made: Any = values["public"](call_of(command, tuple(passed), tuple(required)))
+    made: Any = values["public"](
+        call_of(command, tuple(passed), getattr(command, "__defaults__", None) or ())
+    )
     made.__doc__ = command.__doc__
     made.__module__, made.__qualname__ = module, name
     if CAN_START:

@@ -38,8 +38,8 @@ class Call(NamedTuple):
     zero: int
     names: tuple[str, ...]
     """Names of its parameters."""
-    required: tuple[str, ...]
-    """Those that must be given in their places, since their absence has an error of its own."""
+    defaults: tuple[Any, ...]
+    """Defaults of the last of them."""
     known: dict[Any, Any]
     """Its kept answers."""
     filled: dict[Any, Any]
@@ -62,7 +62,7 @@ def close_to_machine_code(number: int) -> None:
     forget()
 
 
-def call_of(command: Callable[..., Any], names: tuple[str, ...], required: tuple[str, ...]) -> Call:
+def call_of(command: Callable[..., Any], names: tuple[str, ...], defaults: tuple[Any, ...]) -> Call:
     """Return what the machine code needs to call a command."""
     name = command.__name__
     return Call(
@@ -72,7 +72,7 @@ def call_of(command: Callable[..., Any], names: tuple[str, ...], required: tuple
         client_name=sys.intern("physicsClientId"),
         zero=0,
         names=tuple(map(sys.intern, names)),
-        required=required,
+        defaults=defaults,
         known={} if name in KEPT_ANSWERS else DIRECT,
         filled=FILLED,
         changed=FILLED if changes_kept_answers(name) else DIRECT,

@@ -2,8 +2,8 @@
 
 A public function of a command is a function of Python that looks up the client and calls a method of it. Its
 built-in enters this machine code instead after many calls, see `direct_calls`: that gives the command its
-client and the arguments as they came. All that it does not know (a keyword of another name, another kind of
-client) goes to the public function, which knows all rules and errors.
+client and all arguments in their places, keywords and defaults, too. All that it does not know (a keyword of
+another name, another kind of client) goes to the public function, which knows all rules and errors.
 
 Answers that change only when bodies, constraints or user data do are kept, by the arguments, until a command
 is called that may change these.
@@ -16,14 +16,14 @@ from roboyard.native.signatures import EntrySignature
 
 SOURCE = """
 KIND, SIZE, ITEMS, CONTENT = 1, 2, 3, 2  # of any object, tuples and cells, in words
-CLIENTS, COMMAND, FAILURE, CLIENT, ZERO, NAMES, REQUIRED, KNOWN, FILLED, CHANGED = range(3, 13)
+CLIENTS, COMMAND, FAILURE, CLIENT, ZERO, NAMES, DEFAULTS, KNOWN, FILLED, CHANGED = range(3, 13)
 
 @part
-def is_among(value, values):
+def place_of(value, values):
     for place in range(word(values, SIZE)):
         if word(values, ITEMS + place) == value:
-            return True
-    return False
+            return place
+    return -1
 
 @part
 def found(table, key):
@@ -42,53 +42,61 @@ def forget(filled):
         PyDict_Clear(filled)
 
 @part
-def key_of(given, count, number, zero, nothing):
-    for place in range(count):
-        kind = word(given[place], KIND)
+def key_of(passed, total, number, zero, nothing):
+    for place in range(1, total + 1):
+        kind = word(passed[place], KIND)
         if kind != word(zero, KIND) and kind != word(nothing, KIND):
             return 0
-    if number == zero and count < 2:
-        key = given[0] if count == 1 else nothing
+    if number == zero and total < 2:
+        key = passed[1] if total == 1 else nothing
         Py_IncRef(key)
         return key
-    key = PyTuple_New(count + 1)
+    key = PyTuple_New(total + 1)
     Py_IncRef(number)
     PyTuple_SetItem(key, 0, number)
-    for place in range(count):
-        Py_IncRef(given[place])
-        PyTuple_SetItem(key, place + 1, given[place])
+    for place in range(1, total + 1):
+        Py_IncRef(passed[place])
+        PyTuple_SetItem(key, place, passed[place])
     return key
 
 @part
-def without(keywords, named, place):
-    others = PyTuple_New(named - 1)
-    at = 0
-    for one in range(named):
-        if one != place:
-            name = word(keywords, ITEMS + one)
-            Py_IncRef(name)
-            PyTuple_SetItem(others, at, name)
-            at += 1
-    return others
+def fill(passed, count, total, names, defaults):
+    missing = word(names, SIZE) - word(defaults, SIZE)
+    for place in range(count, total):
+        if passed[place + 1] == 0:
+            if place < missing:
+                return False
+            passed[place + 1] = word(defaults, ITEMS + place - missing)
+    return True
 
 def entry(callee, given, count, keywords):
     call = word(word(PyFunction_GetClosure(callee), ITEMS), CONTENT)
     clients, names, zero = word(call, CLIENTS), word(call, NAMES), word(call, ZERO)
     known, changed = word(call, KNOWN), word(call, CHANGED)
-    named, number, left_out = 0, zero, -1
-    fits = word(word(call, REQUIRED), SIZE) <= count <= word(names, SIZE)
+    passed, number, total = words(), zero, count
+    fits = count <= word(names, SIZE)
+    if fits:
+        for place in range(count):
+            passed[place + 1] = given[place]
     if keywords != 0 and fits:
-        named = word(keywords, SIZE)
-        for place in range(named):
-            name = word(keywords, ITEMS + place)
+        for place in range(count, word(names, SIZE)):
+            passed[place + 1] = 0
+        for place in range(word(keywords, SIZE)):
+            name, value = word(keywords, ITEMS + place), given[count + place]
             if name == word(call, CLIENT):
-                left_out, number = count + place, given[count + place]
+                number = value
                 fits = fits and word(number, KIND) == word(zero, KIND)
             else:
-                fits = fits and is_among(name, names)
+                at = place_of(name, names)
+                fits = fits and at >= count
+                if fits:
+                    passed[at + 1] = value
+                    total = max(total, at + 1)
+    fits = fits and fill(passed, count, total, names, word(call, DEFAULTS))
+    fits = fits and total >= word(names, SIZE) - word(word(call, DEFAULTS), SIZE)
     key = 0
-    if known != clients and fits and named <= (left_out >= 0):
-        key = key_of(given, count, number, zero, word(call, CLIENT))
+    if known != clients and fits:
+        key = key_of(passed, total, number, zero, word(call, CLIENT))
         if key != 0:
             result = found(known, key)
             if result != 0:
@@ -101,20 +109,10 @@ def entry(callee, given, count, keywords):
     if client == 0:
         result = PyObject_Vectorcall(callee, given, count, keywords)
     else:
-        passed, others = words(), keywords
         passed[0] = client
-        at = 1
-        for place in range(count + named):
-            if place != left_out:
-                passed[at] = given[place]
-                at += 1
-        if left_out >= 0:
-            others = without(keywords, named, left_out - count) if named > 1 else 0
         Py_IncRef(client)
-        result = PyObject_Vectorcall(word(call, COMMAND), passed, count + 1, others)
+        result = PyObject_Vectorcall(word(call, COMMAND), passed, total + 1, 0)
         Py_DecRef(client)
-        if others != 0 and others != keywords:
-            Py_DecRef(others)
         if result == 0:
             kind, value, trace = words(), words(), words()
             PyErr_Fetch(kind, value, trace)
