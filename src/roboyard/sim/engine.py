@@ -77,7 +77,7 @@ class Engine(Generic[BodyT]):
         where MuJoCo's arrays hold later ones."""
         self._inertia_changed = False
         self.one_ray: Any = None
-        """Arrays of a single ray's origin, direction, geom and normal; created by the first one."""
+        """Arrays of a single ray's origin, direction, geom and normal, and memory of the first two."""
         self._reference: Any = None
         """MjData in which MuJoCo computes what depends on masses alone; created when masses change."""
         self._geom_owners: np.ndarray | None = None

@@ -175,7 +175,7 @@ def test_objects_are_released(box: int) -> None:
                 with pytest.raises((TypeError, p.error)):
                     call(*given)
         gc.collect()
-        counts.append([sys.getrefcount(one) for one in (body, vector, wrong, box, p.getNumBodies)])
+        counts.append([sys.getrefcount(one) for one in (body, vector, wrong, p.getNumBodies)])
     assert counts[0] == counts[1] == counts[2]
 
 

@@ -132,8 +132,7 @@ def getJointStatesMultiDof(
     except TypeError:
         group = None
     if group is not None and group.is_free and not record.sensors and scene.motor_revision == record.revision:
-        states = group.read(record, scene.motor_forces())
-        return tuple([((q,), (v,), reaction, (motor,)) for q, v, reaction, motor in states])
+        return group.read_tuples(record, scene.motor_forces())
     wanted = _checked_joints(record, jointIndex)
     if wanted and group is None:
         joint_group(record, wanted)
@@ -304,16 +303,16 @@ def _reset_all(client: Client, body: int, joints: list[int], values: list[Any]) 
         numbers = [position for (position,) in values]
     except (TypeError, ValueError):
         return False
-    scalar, count = record.is_scalar, record.joint_count
-    if min(joints) < 0 or max(joints) >= count or not all(map(scalar.__getitem__, joints)):
-        return False
     if not are_finite(tuple(numbers)):
         return False
-    qpos, qvel = record.words
-    positions, velocities = record.position_addresses, record.velocity_addresses
-    for joint, position in zip(joints, numbers, strict=True):
-        qpos[positions[joint]] = position
-        qvel[velocities[joint]] = 0.0
+    group = record.joint_groups.get(tuple(joints))
+    if group is None:
+        if min(joints) < 0 or max(joints) >= record.joint_count:
+            return False
+        group = joint_group(record, joints)
+    if not group.is_free:
+        return False
+    group.write(record, numbers)
     client.scene.mark_moved()
     return True
 

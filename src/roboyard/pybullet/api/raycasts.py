@@ -15,7 +15,7 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.fast.fast_commands import replace_boxes
-from roboyard.sim.queries.rays import first_shape
+from roboyard.sim.queries.rays import ShapeHit, first_shape
 from roboyard.transforms import rotate
 
 if TYPE_CHECKING:
@@ -56,9 +56,14 @@ def rayTest(
         return (_MISS,)
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     mask, wanted = whole(collisionFilterMask), whole(reportHitNumber)
-    if wanted < 0:
-        return (next(_entering_hits(scene, start, way, mask), _MISS),)
-    return (_numbered_hit(scene, start, way, mask, wanted),)
+    if wanted >= 0:
+        return (_numbered_hit(scene, start, way, mask, wanted),)
+    if not scene.world.soft:
+        found = first_shape(scene.world, start, way)
+        hit = _MISS if found is None else _entering_hit(scene, start, way, mask, found)
+        if hit is not None:
+            return (hit,)
+    return (next(_entering_hits(scene, start, way, mask), _MISS),)
 
 
 @command()
@@ -234,27 +239,36 @@ def _entering_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -
     soft = _soft_hits(scene, start, way, mask) if world.soft else []
     found = first_shape(world, start, way)
     while found is not None:
-        geom, fraction, normal = found
-        while soft and soft[0][2] < fraction:
+        while soft and soft[0][2] < found[1]:
             yield soft.pop(0)
-        slope = way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2]
-        known, places = scene.shape_places
-        if known != world.revision:
-            scene.shape_places = world.revision, (places := {})
-        if geom not in places:
-            body, link = world.geom_owners[geom].tolist()
-            places[geom] = scene.record_of(body).number, link - 1, float(scene.geom_margins()[geom])
-        number_, link, margin = places[geom]
-        if slope <= 0.0 and scene.filters.shows(number_, link, mask):
-            if margin:
-                length = sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
-                nearer = max(fraction - margin / max(-slope, length / _MAX_GRAZING), 0.0)
-            else:
-                nearer = fraction
-            at = (start[0] + nearer * way[0], start[1] + nearer * way[1], start[2] + nearer * way[2])
-            yield number_, link, nearer, at, normal
-        found = first_shape(world, start, way, fraction + _RESUME_OFFSET)
+        hit = _entering_hit(scene, start, way, mask, found)
+        if hit is not None:
+            yield hit
+        found = first_shape(world, start, way, found[1] + _RESUME_OFFSET)
     yield from soft
+
+
+def _entering_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, found: ShapeHit) -> Hit | None:
+    """Return the hit of a shape that a ray meets; None if the ray leaves it, or the mask hides it."""
+    geom, fraction, normal = found
+    x, y, z = way
+    slope = x * normal[0] + y * normal[1] + z * normal[2]
+    if slope > 0.0:
+        return None
+    revision, places = scene.shape_places
+    if revision != scene.world.revision:
+        scene.shape_places = scene.world.revision, (places := {})
+    if geom not in places:
+        body, link = scene.world.geom_owners[geom].tolist()
+        places[geom] = scene.record_of(body).number, link - 1, float(scene.geom_margins()[geom])
+    number_, link, margin = places[geom]
+    if not scene.filters.shows(number_, link, mask):
+        return None
+    if margin:
+        length = sqrt(x * x + y * y + z * z)
+        fraction = max(fraction - margin / max(-slope, length / _MAX_GRAZING), 0.0)
+    at = (start[0] + fraction * x, start[1] + fraction * y, start[2] + fraction * z)
+    return number_, link, fraction, at, normal
 
 
 def _soft_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> list[Hit]:

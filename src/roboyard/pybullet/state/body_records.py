@@ -62,6 +62,14 @@ class JointGroup(Protocol):
         """Return the fields of getJointState of each joint; `forces`: (nv,) motor efforts (N m or N)."""
         ...
 
+    def read_tuples(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
+        """Return the fields of getJointStateMultiDof of each joint, if `is_free`."""
+        ...
+
+    def write(self, record: BodyRecord, positions: Sequence[float]) -> None:
+        """Put the joints at (n,) positions (rad or m), at rest, if `is_free`."""
+        ...
+
 
 class LinkGroup(Protocol):
     """Links of one body that are read together."""

@@ -91,6 +91,8 @@ class Mouse:
 
     def take(self) -> tuple[MouseEvent, ...]:
         """Return (MOUSE_MOVE or MOUSE_BUTTON, x, y, button, KEY_... bits) of each event, once."""
+        if not self._events:
+            return ()
         events = []
         while self._events:
             events.append(self._events.popleft())

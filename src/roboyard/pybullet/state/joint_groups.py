@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,13 +52,29 @@ class JointGroup:
 
     def read(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
         """Return the fields of getJointState of each joint; `forces`: (nv,) motor efforts (N m or N)."""
+        positions, velocities, applied = self._numbers(record, forces)
+        return tuple(zip(positions, velocities, self._reactions, applied, strict=True))
+
+    def read_tuples(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
+        """Return the fields of getJointStateMultiDof of each joint of one degree of freedom; see `read`."""
+        positions, velocities, applied = map(zip, self._numbers(record, forces))
+        return tuple(zip(positions, velocities, self._reactions, applied, strict=True))
+
+    def write(self, record: BodyRecord, positions: Sequence[float]) -> None:
+        """Put joints of one degree of freedom at (n,) positions (rad or m), at rest."""
+        record.qpos[self._positions] = positions
+        record.qvel[self._velocities] = 0.0
+
+    def _numbers(self, record: BodyRecord, forces: Array) -> list[list[Any]]:
+        """Return positions, velocities and efforts of the motors."""
         self._gather(record.qpos, record.qvel, forces, self._positions, self._velocities, self._out)
-        positions, velocities, applied = self._out.tolist()
+        numbers = self._out.tolist()
         if record.motors_off:
+            applied = numbers[2]
             for place, joint in enumerate(self.joints):
                 if joint in record.motors_off:
                     applied[place] = record.applied[joint]
-        return tuple(zip(positions, velocities, self._reactions, applied, strict=True))
+        return numbers
 
 
 def joint_group(record: BodyRecord, joints: list[int]) -> JointGroup:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import typing
+from struct import Struct
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -58,6 +59,7 @@ class RayHits:
         return self.owners[:, 0] >= 0
 
 
+_PACK = Struct("3d").pack_into
 _COLLISIONS = np.array([1, 1, 0, 1, 1, 1], dtype=np.uint8)
 """Groups of shapes that rays may hit: all but the visual ones."""
 _VISUALS = np.array([1, 1, 1, 0, 1, 1], dtype=np.uint8)
@@ -174,11 +176,12 @@ def first_shape(
     data = world.kinematics()
     given = world.one_ray
     if given is None:
-        given = world.one_ray = np.zeros(3), np.zeros(3), np.zeros(1, dtype=np.int32), np.zeros(3)
-    origin, direction, geom, normal = given
+        vectors = np.zeros(3), np.zeros(3), np.zeros(1, dtype=np.int32), np.zeros(3)
+        given = world.one_ray = (*vectors, vectors[0].data, vectors[1].data)
+    origin, direction, geom, normal, origin_words, direction_words = given
     a, b, c = start
-    origin[:] = a + behind * x, b + behind * y, c + behind * z
-    direction[:] = x / length, y / length, z / length
+    _PACK(origin_words, 0, a + behind * x, b + behind * y, c + behind * z)
+    _PACK(direction_words, 0, x / length, y / length, z / length)
     distance = mujoco.mj_ray(world.live_model, data, origin, direction, _COLLISIONS, True, -1, geom, normal)
     fraction = behind + distance / length
     if distance < 0.0 or fraction > 1.0:
