@@ -179,15 +179,16 @@ class Engine(Generic[BodyT]):
     def mark_stale(self) -> None:
         """Note an edit of the spec: compile before the next use."""
         self.is_stale = True
-        self._drop_prepared()
+        self.drop_prepared()
 
-    def _drop_prepared(self) -> None:
+    def drop_prepared(self) -> None:
+        """Drop what other layers have prepared, after arrays were replaced."""
         for known in self.prepared.values():
             known.clear()
 
     def _next_revision(self) -> None:
         self.revision += 1
-        self._drop_prepared()
+        self.drop_prepared()
 
     def mark_inertia_changed(self) -> None:
         """Note that masses or inertias were written: what MuJoCo computes of them is updated when it is next

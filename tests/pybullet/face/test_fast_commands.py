@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import gc
+import random
 import sys
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -26,10 +29,12 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module", autouse=True)
 def _machine_code() -> None:
-    assert all(front.address() for front in (FRONT, fast_entries.PUSH, fast_entries.BOX))
+    fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS
+    assert all(front.address() for front in fronts)
     direct_calls.START.enter()
-    fast_commands.replace_pushes(False)
-    fast_commands.replace_boxes(False)
+    fast_commands.replace_pushes()
+    fast_commands.replace_boxes()
+    fast_commands.replace_motors()
 
 
 @pytest.fixture
@@ -178,3 +183,94 @@ def test_objects_are_released(robot: int) -> None:
         gc.collect()
         counts.append([sys.getrefcount(one) for one in (vector, scene, scene.world, scene.world.wrenches)])
     assert counts[0] == counts[1] == counts[2]
+
+
+def motors(robot: int) -> list[list[Any]]:
+    """Return what the motors of a robot aim at, and their bounds, with all pending commands."""
+    scene = CLIENTS[0].scene  # type: ignore[union-attr]
+    scene.flush_motors()
+    own = scene.world.motors.of(scene.bodies[robot].body)
+    return [own.motors.tolist(), own.targets.tolist(), own.bounds.tolist()]
+
+
+def test_motors_are_those_of_the_python_function(robot: int) -> None:
+    draw = random.Random(1)
+    movable = [k for k in range(p.getNumJoints(robot)) if p.getJointInfo(robot, k)[2] != p.JOINT_FIXED]
+    changes = (
+        lambda: p.setTimeStep(1 / draw.choice([100, 240])),
+        lambda: p.createMultiBody(1.0),
+        lambda: p.setJointMotorControl2(robot, movable[0], p.VELOCITY_CONTROL, force=draw.choice([0, 3])),
+        lambda: p.setJointMotorControl2(robot, movable[1], p.POSITION_CONTROL, 0.2, force=7),
+        lambda: p.removeBody(p.getBodyUniqueId(p.getNumBodies() - 1)) if p.getNumBodies() > 2 else None,
+    )
+    name = "setJointMotorControlArray"
+    for step in range(300):
+        joints: Any = draw.choice([movable, movable[:2], [0, 2, 3], [5], range(4), [movable[0]] * 2])
+        count = len(joints)
+        given: list[Any] = [None] * 5
+        for place in range(5):
+            if draw.random() < 0.5:
+                given[place] = [draw.choice([0, 1, -0.3, 0.7]) for _ in range(count)]
+        given[2] = draw.choice([None, [5.0] * count, [draw.choice([5, 6]) for _ in range(count)]])
+        mode = draw.choice([p.POSITION_CONTROL, p.POSITION_CONTROL, p.VELOCITY_CONTROL])
+        found = []
+        for call in (functools.partial(python, name), p.setJointMotorControlArray):
+            for _ in range(2):  # bounds are known to the second one
+                python(name, robot, movable, p.POSITION_CONTROL, [0.01 * step] * len(movable))
+                call(robot, joints, mode, *given)
+                found.append(motors(robot))
+        p.setJointMotorControlArray(robot, joints, mode, *given)  # machine code: nothing else came between
+        assert all(one == found[0] for one in (*found, motors(robot)))
+        if step % 7 == 0:
+            draw.choice(changes)()
+        if step % 3 == 0:
+            p.stepSimulation()
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        ([0, 2], 2, [0.1]),
+        ([0, 99], 2, [0.1, 0.2]),
+        ([2, -1], 2, [0.1, 0.2]),
+        ([2, 3], 2, [0.1, "a"]),
+        ([2, 3], 2, [0.1, float("nan")]),
+        ([2, 3], 9, [0.1, 0.2]),
+        ([2, 3], 2.0, [0.1, 0.2]),
+        ([2.0, 3], 2, [0.1, 0.2]),
+        ("23", 2, [0.1, 0.2]),
+        (2, 2, [0.1]),
+        ([2, 3], 2, [0.1, 0.2], None, [1.0]),
+        ([2, 3], 2, [0.1, 0.2], None, [0.0, 1.0]),
+        ([2, 3], 2, [0.1, 0.2], None, [-1.0, 1.0]),
+        ([2, 3], 1, None, None, [0.1, 0.2]),
+        ([], 2, []),
+    ],
+)
+def test_irregular_motor_commands_have_the_same_outcome(robot: int, given: tuple[Any, ...]) -> None:
+    outcomes = []
+    for call in (p.setJointMotorControlArray, p.setJointMotorControlArray.__self__):
+        for _ in range(3):
+            p.setJointMotorControlArray(robot, [2, 3], p.POSITION_CONTROL, [0.3, 0.4], forces=[5, 6])
+        try:
+            outcomes.append(call(robot, *given))
+        except Exception as problem:
+            outcomes.append((type(problem), str(problem)))
+        outcomes[-1] = outcomes[-1], motors(robot)
+    assert outcomes[0] == outcomes[1]
+
+
+def test_commands_are_compiled_after_many_calls(robot: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without stored code the Python function is called, and counted, until the code is worth compiling."""
+    made = fast_entries.BOX.address()
+    for can_be_kept in (False, True):
+        stand_in = SimpleNamespace(is_stored=False, is_cheap=can_be_kept, address=lambda: made)
+        monkeypatch.setattr(fast_entries, "BOX", stand_in)
+        monkeypatch.setattr(fast_commands, "MOST", 5)
+        monkeypatch.setattr(fast_commands, "_machine_code", set())
+        fast_commands.replace_boxes()
+        for call in range(8):
+            assert p.getAABB(robot, 2) == python("getAABB", robot, 2)
+            assert fast_commands.is_machine_code("getAABB") == (can_be_kept and call >= 4)
+    monkeypatch.undo()
+    fast_commands.replace_boxes()

@@ -15,7 +15,9 @@ from roboyard.pybullet.bullet_rules.spherical_motors import IDENTITY, set_spheri
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import check_finite, floats, indices, number, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_motors
 from roboyard.pybullet.state.joint_tables import VELOCITY_COUNT
 
 if TYPE_CHECKING:
@@ -122,7 +124,13 @@ def setJointMotorControlArray(
                 jointIndices, controlMode, targetPositions, targetVelocities, forces, positionGains,
                 velocityGains, client.parameters.time_step,
             ):  # fmt: skip
-                scene.pending_commands.add(record.motor_commands)
+                if is_machine_code("setJointMotorControlArray") and record.revision == scene.world.revision:
+                    record.motor_commands.flush()
+                    if not scene.world.is_stale and "motors" in scene.world.prepared:
+                        prepared = record.motor_commands.prepared(client.parameters)
+                        scene.world.prepared["motors"][record.number] = prepared
+                else:
+                    scene.pending_commands.add(record.motor_commands)
                 return
         except TypeError:
             pass  # raised below, with PyBullet's text
@@ -469,3 +477,6 @@ class SpringDamper:
         torque = self._kp * (self._position - q) + self._kd * (self._velocity - v)
         torque = min(max(torque, -self._largest), self._largest)
         self._scene.world.wrenches.add_joint_effort(record.body.joints[joint], torque)
+
+
+START.later(replace_motors)

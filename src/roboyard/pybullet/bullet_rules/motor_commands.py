@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
+from itertools import count
 from math import nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard.native import Kernel
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.direct_calls import START, at_hand
+from roboyard.pybullet.face.direct_calls import MOST, START
 
 if TYPE_CHECKING:
     from roboyard.sim.actuation.velocity_motors import BodyMotors
@@ -28,14 +30,27 @@ _POSITION, _VELOCITY = c.POSITION_CONTROL, c.VELOCITY_CONTROL
 
 
 _aim: Any = None
-"""The compiled command of one motor, once it is loaded."""
+"""The compiled command of one motor, once machine code is used."""
+_calls = count(1)
 
 
-def _load(compiles: bool) -> None:
+def _load() -> None:
+    """Use the compiled command where it is stored; without it, compile it after many calls."""
     global _aim
     from roboyard.pybullet.bullet_rules import motor_kernels
 
-    _aim = at_hand(motor_kernels.aim_motor, compiles=compiles)
+    loop: Any = motor_kernels.aim_motor
+    if not isinstance(loop, Kernel):  # loaded already
+        _aim = loop
+        return
+
+    def counted(*given: Any) -> int:
+        global _aim
+        if next(_calls) == MOST:
+            _aim = loop.load() if loop.is_cheap else None
+        return 0
+
+    _aim = loop.load() if loop.is_ready else counted
 
 
 START.later(_load)
@@ -44,12 +59,13 @@ START.later(_load)
 class _Group:
     """Joints that are commanded together; fixed ones are skipped."""
 
-    __slots__ = ("count", "driven", "lower", "picked", "rows", "scratch", "unbounded", "upper")
+    __slots__ = ("count", "driven", "joints", "lower", "picked", "rows", "scratch", "unbounded", "upper")
 
     def __init__(self, key: tuple[int, ...], all_rows: list[int], limits: np.ndarray) -> None:
         self.count = len(key)
         self.picked = np.flatnonzero(np.array(all_rows) >= 0)
         self.driven = tuple(key[i] for i in self.picked)
+        self.joints = np.array(self.driven)
         self.rows = np.array(all_rows)[self.picked]
         self.lower, self.upper = limits[:, 0].copy(), limits[:, 1].copy()
         self.scratch = np.zeros((len(key), 5))
@@ -149,6 +165,11 @@ class MotorCommands:
         self._impulses[joint] = impulse
         self._bounds_in_use = None
 
+    def prepared(self, parameters: Any) -> tuple[Any, ...]:
+        """Return what machine code needs to command many joints; `parameters` has the time step."""
+        arrays = self._compiled_arguments()
+        return (self, parameters, *arrays, np.zeros((self._joints, 6)), DEFAULT_MAX_FORCE)
+
     def _compiled_arguments(self) -> Any:
         from roboyard.pybullet.bullet_rules.motor_kernels import Motors
 
@@ -223,9 +244,10 @@ class MotorCommands:
                 goal = np.zeros(group.count) if positions is None else np.array(positions, dtype=float)
                 motors.targets[rows, 0] = np.minimum(np.maximum(goal, group.lower), group.upper)[picked]
             if self._bounds_in_use != (group, bounds, time_step):
-                self.bounds_changed()
                 self._bounds_in_use = group, bounds, time_step
-                motors.set_bounds(rows, np.array(bounds, dtype=float)[picked] * time_step)
+                impulses = np.array(bounds, dtype=float)[picked] * time_step
+                self._impulses[group.joints] = impulses
+                motors.set_bounds(rows, impulses)
 
     def _group(self, key: tuple[int, ...]) -> _Group | None:
         if not key or not all(type(joint) is int and 0 <= joint < self._joints for joint in key):

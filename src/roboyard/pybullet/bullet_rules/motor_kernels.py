@@ -48,9 +48,15 @@ def aim_motor(  # pragma: no cover
     total = position + velocity + kp + kd + fastest
     if total - total != 0.0:
         return 0
-    row = rows[joint]
+    write_motor(motors, targets, rows[joint], mode, position, velocity, kp, kd, fastest)
+    return 1 if force * time_step == impulses[joint] else 2
+
+
+def write_motor(  # pragma: no cover
+    motors, targets, row, mode, position, velocity, kp, kd, fastest
+):
+    """Write target and gains of a motor, 2 for position control and 0 for velocity control."""
     motors[row, 0] = 2.0 if mode == 2 else 1.0
     motors[row, 1], motors[row, 2], motors[row, 3], motors[row, 4] = kp, velocity, kd, fastest
     if mode == 2:
         targets[row, 0] = position
-    return 1 if force * time_step == impulses[joint] else 2

@@ -10,17 +10,16 @@ from itertools import count
 from typing import Any, NamedTuple
 
 from roboyard.errors import RoboyardError
-from roboyard.native import Kernel
 from roboyard.pybullet.face.command_names import KEPT_ANSWERS, changes_kept_answers
 from roboyard.pybullet.face.errors import error, world_failure
 
 REFUSED = (RoboyardError, ValueError)
 """Errors of the layers below for values that they refuse; scripts get them as `error`."""
 MANY, MOST = 1000, 5000
-"""After so many calls of commands stored machine code is loaded (0.4 ms), or compiled once and for all."""
+"""After so many calls stored machine code is loaded (0.4 ms), or it is compiled once and for all."""
 DIRECT: dict[int, Any] = {}
 """Clients in this process, by number, whose methods are the commands themselves."""
-PREPARED: dict[str, dict[Any, dict[int, Any]]] = {"push": {}, "box": {}}
+PREPARED: dict[str, dict[Any, dict[int, Any]]] = {"push": {}, "box": {}, "motors": {}}
 """Kind to clients of `DIRECT` to bodies to what commands that are machine code need of them."""
 FILLED: dict[Any, dict[Any, Any]] = {}
 """Command to its kept answers by the arguments, where there are any."""
@@ -101,17 +100,17 @@ class Start:
         self.numbers = count(1)
         self._address = 0
         self._definitions: list[Any] = []
-        self._waiting: list[Callable[[bool], None]] = []
+        self._waiting: list[Callable[[], None]] = []
         self.functions: dict[str, Any] = {}
         """Public functions by name, as far as there are any."""
         self.replaced: dict[str, Any] = {}
-        """Commands that are machine code as a whole, by name."""
+        """Functions that are called for commands instead of theirs, by name."""
 
-    def later(self, load: Callable[[bool], None]) -> None:
-        """Call `load(compiles)` when machine code is first used; `compiles`: what is not stored, too."""
+    def later(self, load: Callable[[], None]) -> None:
+        """Call a function once machine code is used, at once if it is."""
         self._waiting.append(load)
         if self._address:
-            load(False)
+            load()
 
     def replace(self, name: str, command: Any) -> None:
         """Call another function for a command."""
@@ -129,20 +128,13 @@ class Start:
         for definition in self._definitions if self._address else ():
             definition.function = self._address
         for load in self._waiting if self._address else ():
-            load(is_last)
+            load()
 
     def append(self, definition: Any) -> None:
         """Take the definition of a built-in, which enters the machine code now or later."""
         self._definitions.append(definition)
         if self._address:
             definition.function = self._address
-
-
-def at_hand(loop: Any, *, compiles: bool) -> Any:
-    """Return a compiled loop as a function; None where it would have to be compiled first, and may not be."""
-    if not isinstance(loop, Kernel):  # loaded already
-        return loop
-    return loop.load() if (loop.is_cheap if compiles else loop.is_ready) else None
 
 
 def _objects_are_as_known() -> bool:

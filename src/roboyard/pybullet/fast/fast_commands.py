@@ -2,41 +2,77 @@
 
 from __future__ import annotations
 
+from itertools import count
 from typing import Any
 
+from roboyard._lazy import LazyLogger
 from roboyard.native.builtin import bound_function
 from roboyard.native.fronts import Front
 from roboyard.pybullet.face.commands import COMMANDS
-from roboyard.pybullet.face.direct_calls import PREPARED, START
+from roboyard.pybullet.face.direct_calls import MOST, PREPARED, START
+
+_log = LazyLogger("roboyard")
 
 
-def replace_pushes(compiles: bool) -> None:
+def replace_pushes() -> None:
     """Replace applyExternalForce and applyExternalTorque."""
     from roboyard.pybullet.fast.fast_entries import PUSH
 
     names = "is_moved", "frames_are_old", "kept_frames", "pending", "pushed"
-    _replace("applyExternalForce", PUSH, "push", (*names, True), compiles=compiles)
-    _replace("applyExternalTorque", PUSH, "push", (*names, False), compiles=compiles)
+    _replace("applyExternalForce", PUSH, "push", (*names, True))
+    _replace("applyExternalTorque", PUSH, "push", (*names, False))
 
 
-def replace_boxes(compiles: bool) -> None:
+def replace_boxes() -> None:
     """Replace getAABB."""
     from roboyard.pybullet.fast.fast_entries import BOX
 
-    _replace("getAABB", BOX, "box", ("is_moved",), compiles=compiles)
+    _replace("getAABB", BOX, "box", ("is_moved",))
 
 
-def _replace(name: str, front: Front, kind: str, words: tuple[Any, ...], *, compiles: bool) -> None:
-    """Replace a command where its machine code is stored, or may be compiled.
+def replace_motors() -> None:
+    """Replace setJointMotorControlArray."""
+    from roboyard.pybullet.fast.fast_entries import MOTORS
+
+    words = "pending", "time_step"
+    _replace("setJointMotorControlArray", MOTORS, "motors", words)
+
+
+def is_machine_code(name: str) -> bool:
+    """Return whether a command is machine code as a whole."""
+    return name in _machine_code
+
+
+_machine_code: set[str] = set()
+
+
+def _replace(name: str, front: Front, kind: str, words: tuple[Any, ...]) -> None:
+    """Replace a command by stored machine code; without any, compile it after many calls of the command.
 
     Args:
         name: of the command.
         front: its entry.
         kind: of what is prepared.
         words: further objects of the entry's state.
-        compiles: whether machine code may be compiled that is not stored.
     """
-    address = front.address() if front.is_stored or (compiles and front.is_cheap) else 0
-    if address:
-        state = (COMMANDS[name].function, PREPARED[kind], None, True, 1, *words)
-        START.replace(name, bound_function(name, address, state))
+    function, calls = COMMANDS[name].function, count(1)
+
+    def load() -> None:
+        address = front.address()
+        if address:
+            state = (function, PREPARED[kind], None, True, 1, *words)
+            START.replace(name, bound_function(name, address, state))
+            _machine_code.add(name)
+
+    def counted(*given: Any) -> Any:
+        if next(calls) == MOST:
+            START.replace(name, function)
+            if front.is_cheap:
+                _log.warning("compiling %s for this machine: once, about 5 seconds", name)
+                load()
+        return function(*given)
+
+    if front.is_stored:
+        load()
+    else:
+        START.replace(name, counted)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
+from roboyard.pybullet.bullet_rules.motor_kernels import write_motor
 from roboyard.pybullet.state.state_kernels import link_box_of, push_link_of
 
 _PARTS = """
@@ -149,6 +150,91 @@ def entry(state, given, count, keywords):
 BOX = Front(link_box_of, EntrySignature(_BOX))
 """getAABB."""
 
+_MOTORS = f"""{_PARTS}
+COMMAND, PREPARED, NONE, TRUE, ONE, PENDING, TIME_STEP = range(3, 10)
+COMMANDS, PARAMETERS, MOTORS, TARGETS, ROWS, LIMITS, IMPULSES, READ, FORCE = range(3, 12)
+JOINT, POSITION, VELOCITY, LIMIT, KP, KD = range(6)
 
-for _front in (PUSH, BOX):
+@part
+def read(given, count, state, body, length, defaults, table, joints):
+    for k in range(length):
+        joint = PySequence_GetItem(given[2], k)
+        if joint == 0:
+            PyErr_Clear()
+            return False
+        index = PyLong_AsLongLong(joint)
+        Py_DecRef(joint)
+        if index == -1 and PyErr_Occurred() != 0:
+            PyErr_Clear()
+            return False
+        if index < 0 or index >= joints:
+            return False
+        table[k, JOINT] = index
+        for column in range(1, 6):
+            values = given[column + 3] if column + 3 < count else word(state, NONE)
+            table[k, column] = defaults[column] if values == word(state, NONE) else item(values, k)
+    return True
+
+@part
+def command(state, body, given, count):
+    if word(given[3], KIND) != word(word(state, ONE), KIND):
+        return False
+    mode, length = PyLong_AsLongLong(given[3]), PySequence_Size(given[2])
+    if length < 0:
+        PyErr_Clear()
+    table, rows = matrix(word(body, READ)), integers(word(body, ROWS))
+    impulses = numbers(word(body, IMPULSES))
+    if length < 1 or length > len(table) or (mode != 0 and mode != 2):
+        return False
+    for place in range(4, count):
+        if given[place] != word(state, NONE) and not has_length(given[place], length):
+            return False
+    defaults = (0.0, 0.0, 0.0, PyFloat_AsDouble(word(body, FORCE)), 0.1, 1.0)
+    if not read(given, count, state, body, length, defaults, table, len(rows)):
+        return False
+    time_step = attribute(word(body, PARAMETERS), word(state, TIME_STEP))
+    pending = attribute(word(body, COMMANDS), word(state, PENDING))
+    if time_step == 0 or pending == 0 or PyDict_Size(pending) != 0:
+        return False
+    seconds, driven = PyFloat_AsDouble(time_step), 0
+    for k in range(length):
+        total = 0.0
+        for column in range(1, 6):
+            total += table[k, column]
+        joint = np.int64(table[k, JOINT])
+        if total - total != 0.0 or not table[k, LIMIT] > 0.0:
+            return False
+        if rows[joint] >= 0:
+            driven += 1
+            if table[k, LIMIT] * seconds != impulses[joint]:
+                return False
+    if driven == 0:
+        return False
+    motors, targets = matrix(word(body, MOTORS)), matrix(word(body, TARGETS))
+    limits = matrix(word(body, LIMITS))
+    for k in range(length):
+        joint = np.int64(table[k, JOINT])
+        if rows[joint] >= 0:
+            goal = min(max(table[k, POSITION], limits[joint, 0]), limits[joint, 1]) if mode == 2 else 0.0
+            kp = table[k, KP] if mode == 2 else 0.0
+            _loop(motors, targets, rows[joint], mode, goal, table[k, VELOCITY], kp, table[k, KD], 0.0)
+    return True
+
+def entry(state, given, count, keywords):
+    if keywords == 0 and 4 <= count <= 9:
+        body = prepared(state, given[0], given[1])
+        if body != 0:
+            Py_IncRef(body)
+            is_done = command(state, body, given, count)
+            Py_DecRef(body)
+            if is_done:
+                Py_IncRef(word(state, NONE))
+                return word(state, NONE)
+    return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+"""
+MOTORS = Front(write_motor, EntrySignature(_MOTORS))
+"""setJointMotorControlArray, where no motor's largest impulse changes."""
+
+
+for _front in (PUSH, BOX, MOTORS):
     vars(_front.core)["front"] = _front

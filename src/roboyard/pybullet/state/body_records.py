@@ -63,7 +63,7 @@ class JointGroup(Protocol):
         ...
 
     def read_tuples(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
-        """Return the fields of getJointStateMultiDof of each joint, if `is_free`."""
+        """Return the fields of getJointStateMultiDof of each joint, if `is_free`; `forces` (nv,) as above."""
         ...
 
     def write(self, record: BodyRecord, positions: Sequence[float]) -> None:

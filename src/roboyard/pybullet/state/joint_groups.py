@@ -56,7 +56,10 @@ class JointGroup:
         return tuple(zip(positions, velocities, self._reactions, applied, strict=True))
 
     def read_tuples(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
-        """Return the fields of getJointStateMultiDof of each joint of one degree of freedom; see `read`."""
+        """Return the fields of getJointStateMultiDof of each joint, all of one degree of freedom.
+
+        `forces`: (nv,) motor efforts (N m or N).
+        """
         positions, velocities, applied = map(zip, self._numbers(record, forces))
         return tuple(zip(positions, velocities, self._reactions, applied, strict=True))
 

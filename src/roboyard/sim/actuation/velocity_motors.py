@@ -209,6 +209,10 @@ class VelocityMotors:
             self._world.refresh_stepping()
         return found
 
+    def drop_prepared(self) -> None:
+        """Note that arrays of a body's motors were replaced."""
+        self._world.drop_prepared()
+
     def bounds_changed(self, body: LinkBody, rows: slice) -> None:
         """Copy force bounds that were written to some of a body's rows to MuJoCo."""
         world = self._world
@@ -262,6 +266,7 @@ class BodyMotors:
         if hasattr(self, "motors"):
             motors[:], targets[:], bounds[:] = self.motors, self.targets, self.bounds
         self.motors, self.targets, self.bounds = motors, targets, bounds
+        self._all.drop_prepared()
         self._buffer = motors.reshape(-1).data if motors.size else memoryview(bytearray())
         self._goals = (
             targets.reshape(-1).data.cast("B").cast("d") if targets.size else memoryview(b"").cast("d")
