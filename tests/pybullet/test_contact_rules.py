@@ -185,7 +185,7 @@ BEAM = '<collision><origin xyz="0.5 0 0"/><geometry><box size="1 0.2 0.2"/></geo
         ("revolute", "rod", "floor", 1.181),
     ],
 )
-def test_what_is_fixed_to_the_first_link_of_a_fixed_body_passes_through_fixed_things(
+def test_what_is_fixed_to_the_first_link_of_a_fixed_body_passes_through_fixed_bodies(
     client: int, tmp_path: Path, kind: str, shape_on: str, target: str, angle: float
 ) -> None:
     """Bullet takes such a link for static: it looks at all joints up to the base but the first."""

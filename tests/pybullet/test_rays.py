@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import roboyard.pybullet as p
@@ -73,3 +74,60 @@ def test_overlaps_reach_two_centimetres_and_start_with_the_youngest(client: int)
     turned = p.getQuaternionFromEuler([0, 0, math.pi / 4])
     p.resetBasePositionAndOrientation(0, [0, 0, 0], turned)
     assert p.getOverlappingObjects([0.14, -1, -1], [0.5, 1, 1]) == ((0, -1),)
+
+
+def _shape(kind: str) -> int:
+    if kind == "box":
+        return p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.5] * 3)
+    if kind == "sphere":
+        return p.createCollisionShape(p.GEOM_SPHERE, radius=0.5)
+    form = p.GEOM_CAPSULE if kind == "capsule" else p.GEOM_CYLINDER
+    return p.createCollisionShape(form, radius=0.5, height=1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "deepest", "normals"),
+    [
+        (
+            "sphere",
+            0.45,
+            {0.005: (0.999, 0.02, 0.04), 0.1: (0.998, 0.025, 0.05), 0.45: (0.913, 0.183, 0.365)},
+        ),
+        ("capsule", 0.45, {0.005: (1.0, 0.02, 0.0), 0.1: (1.0, 0.025, 0.0), 0.45: (0.981, 0.196, 0.0)}),
+        ("cylinder", 0.0005, {0.0005: (1.0, 0.019, 0.0)}),
+        ("box", 0.0005, {0.0005: (1.0, 0.0, 0.0)}),
+    ],
+)
+@pytest.mark.parametrize("together", [False, True])
+def test_a_ray_that_starts_in_a_margin_and_heads_inwards_hits_at_once(
+    client: int, kind: str, deepest: float, normals: dict[float, tuple[float, float, float]], together: bool
+) -> None:
+    """PyBullet 3.2.7's answers: the margin is all of a sphere or capsule, and 1 mm of others."""
+    body = p.createMultiBody(0, _shape(kind), basePosition=[0, 0, 1], baseOrientation=[0, 0, 0.6, 0.8])
+    turn = np.reshape(p.getMatrixFromQuaternion([0, 0, 0.6, 0.8]), (3, 3))
+    for depth in (-0.0005, 0.0005, 0.005, 0.03, 0.1, 0.3, 0.45):
+        for way in (-1, 1):
+            start = turn @ [0.5 - depth, 0.01, 0.02] + [0, 0, 1]
+            end = turn @ [0.5 - depth + 3 * way, 0.01, 0.02] + [0, 0, 1]
+            hit = (p.rayTestBatch([start], [end]) if together else p.rayTest(start, end))[0]
+            if way > 0 or depth > deepest:
+                assert hit == (-1, -1, 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), (depth, way)
+                continue
+            assert hit[:3] == (body, -1, 0.0), (depth, way)
+            np.testing.assert_allclose(hit[3], start, atol=1e-12)
+            if depth in normals:
+                np.testing.assert_allclose(hit[4], turn @ normals[depth], atol=2e-3)
+
+
+def test_rays_that_start_in_spheres_heed_masks_and_what_lies_behind(client: int) -> None:
+    ball = p.createMultiBody(0, _shape("sphere"))
+    p.setCollisionFilterGroupMask(ball, -1, 4, -1)
+    wall = p.createMultiBody(0, _shape("box"), basePosition=[-2, 0, 0])
+    starts, ends = [[0.2, 0, 0.0], [0.2, 0, 0], [3, 0, 0]], [[-3, 0, 0], [3, 0, 0], [-3, 0, 0]]
+    assert [hit[0] for hit in p.rayTestBatch(starts, ends)] == [ball, -1, ball]
+    found = p.rayTestBatch(starts, ends, collisionFilterMask=~4)
+    assert [hit[0] for hit in found] == [wall, -1, wall]
+    assert p.rayTest(starts[0], ends[0], collisionFilterMask=~4)[0][:3] == pytest.approx(
+        (wall, -1, 1.7 / 3.2)
+    )
+    assert p.rayTest(starts[0], ends[0])[0][:3] == (ball, -1, 0.0)

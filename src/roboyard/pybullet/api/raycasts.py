@@ -59,6 +59,9 @@ def rayTest(
     if wanted >= 0:
         return (_numbered_hit(scene, start, way, mask, wanted),)
     if not scene.world.soft:
+        around = scene.margin_shapes.around_one(start, way, mask)
+        if around is not None:
+            return (_hit_at_start(scene, start, *around),)
         found = first_shape(scene.world, start, way)
         hit = _MISS if found is None else _entering_hit(scene, start, way, mask, found)
         if hit is not None:
@@ -191,7 +194,7 @@ def _points(values: Sequence[Vector]) -> np.ndarray:
 def _cast(
     scene: PhysicsScene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted: int
 ) -> tuple[Hit, ...]:
-    """Return the hits of (k, 3) rays (m); rays pass shapes that they start in and shapes outside the mask.
+    """Return the hits of (k, 3) rays (m); rays pass cores that they start in and shapes outside the mask.
 
     Rays that are not finite hit nothing, as in Bullet.
     """
@@ -223,6 +226,11 @@ def _cast(
             if geoms[i] == -2 or place in hidden:
                 start, way = tuple(starts[i].tolist()), tuple(ways[i].tolist())
                 hits[i] = next(_entering_hits(scene, start, way, mask), _MISS)
+    around = scene.margin_shapes.around(starts, ways, mask)
+    if around is not None:
+        for i in np.flatnonzero(around[0] >= 0).tolist():
+            start, normal = tuple(starts[i].tolist()), tuple(around[1][i].tolist())
+            hits[i] = _hit_at_start(scene, start, int(around[0][i]), normal)
     return tuple(hits)
 
 
@@ -236,8 +244,13 @@ def _numbered_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, wa
 def _entering_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> Iterator[Hit]:
     """Yield the hits of all shapes that a ray enters and the mask selects, nearest first."""
     world = scene.world
+    around = scene.margin_shapes.around_one(start, way, mask)
+    if around is not None:
+        yield _hit_at_start(scene, start, *around)
     soft = _soft_hits(scene, start, way, mask) if world.soft else []
     found = first_shape(world, start, way)
+    if found is not None and around is not None and found[0] == around[0]:
+        found = first_shape(world, start, way, found[1] + _RESUME_OFFSET)
     while found is not None:
         while soft and soft[0][2] < found[1]:
             yield soft.pop(0)
@@ -255,13 +268,7 @@ def _entering_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, fo
     slope = x * normal[0] + y * normal[1] + z * normal[2]
     if slope > 0.0:
         return None
-    revision, places = scene.shape_places
-    if revision != scene.world.revision:
-        scene.shape_places = scene.world.revision, (places := {})
-    if geom not in places:
-        body, link = scene.world.geom_owners[geom].tolist()
-        places[geom] = scene.record_of(body).number, link - 1, float(scene.geom_margins()[geom])
-    number_, link, margin = places[geom]
+    number_, link, margin = scene.place_of(geom)
     if not scene.filters.shows(number_, link, mask):
         return None
     if margin:
@@ -269,6 +276,12 @@ def _entering_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, fo
         fraction = max(fraction - margin / max(-slope, length / _MAX_GRAZING), 0.0)
     at = (start[0] + fraction * x, start[1] + fraction * y, start[2] + fraction * z)
     return number_, link, fraction, at, normal
+
+
+def _hit_at_start(scene: PhysicsScene, start: Triple, geom: int, normal: Triple) -> Hit:
+    """Return the hit of a ray that starts in a shape's margin."""
+    number_, link, _ = scene.place_of(geom)
+    return number_, link, 0.0, start, normal
 
 
 def _soft_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> list[Hit]:

@@ -102,7 +102,8 @@ def start_within(
             x = turns[g, 0] * nx + turns[g, 1] * ny + turns[g, 2] * nz
             y = turns[g, 3] * nx + turns[g, 4] * ny + turns[g, 5] * nz
             z = turns[g, 6] * nx + turns[g, 7] * ny + turns[g, 8] * nz
-            if x * ways[i, 0] + y * ways[i, 1] + z * ways[i, 2] <= 0.0:
+            slope = x * ways[i, 0] + y * ways[i, 1] + z * ways[i, 2]
+            if slope < 0.0 or (slope == 0.0 and kinds[g] == CAPSULE):
                 found[i] = g
                 normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
         if found[i] >= 0:

@@ -44,7 +44,11 @@ class PairFilters:
 
     def shows(self, body: int, link: int, mask: int) -> bool:
         """Return whether the group of a link shares a bit with a mask."""
-        return (mask == -1 and not self._groups) or bool(self.group_of(body, link) & mask)
+        return self.shows_all(mask) or bool(self.group_of(body, link) & mask)
+
+    def shows_all(self, mask: int) -> bool:
+        """Return whether the groups of all links share a bit with a mask."""
+        return mask == -1 and not self._groups
 
     def outside(self, mask: int, places: Iterable[Place]) -> set[Place]:
         """Return those of some links whose groups share no bit with a mask; body -1 is none."""

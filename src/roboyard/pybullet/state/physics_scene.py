@@ -24,6 +24,7 @@ from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.world import World
 
 if TYPE_CHECKING:
+    from roboyard.pybullet.state.margin_shapes import MarginShapes
     from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.sim.body import Body
 
@@ -68,8 +69,9 @@ class PhysicsScene:
         """Motor commands of bodies that are not applied to the World yet."""
         self.filters = PairFilters(self.world, self.bodies)
         self._query_shapes: QueryShapes | None = None
-        self.shape_places: tuple[int, dict[int, tuple[int, int, float]]] = (-1, {})
+        self._shape_places: tuple[int, dict[int, tuple[int, int, float]]] = (-1, {})
         """Revision of the World, and MuJoCo geom to body, link and margin (m) of shapes that were hit."""
+        self._margin_shapes: MarginShapes | None = None
         self._geom_margins: Any = None
         self._contact_reaches: Any = None
         self.world.surfaces.margins_of = self.geom_margins
@@ -256,6 +258,25 @@ class PhysicsScene:
                         triangles.append(row)
             self._geom_margins = world.revision, geom_margins(world.live_model, cylinders, triangles)
         return self._geom_margins[1]
+
+    def place_of(self, geom: int) -> tuple[int, int, float]:
+        """Return body, link and Bullet's margin (m) of a MuJoCo geom."""
+        revision, places = self._shape_places
+        if revision != self.world.revision:
+            self._shape_places = self.world.revision, (places := {})
+        if geom not in places:
+            body, link = self.world.geom_owners[geom].tolist()
+            places[geom] = self.record_of(body).number, link - 1, float(self.geom_margins()[geom])
+        return places[geom]
+
+    @property
+    def margin_shapes(self) -> MarginShapes:
+        """The shapes whose margins rays may start in."""
+        if self._margin_shapes is None:
+            from roboyard.pybullet.state.margin_shapes import MarginShapes
+
+            self._margin_shapes = MarginShapes(self)
+        return self._margin_shapes
 
     def contact_reaches(self) -> Any:
         """Return the (ngeom,) gaps (m) up to which Bullet keeps the points of contacts."""
