@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from roboyard.native import Kernel, compiled, objects, record
-from roboyard.native.building import jit
+from roboyard.native.building import jit, machine_code
 from roboyard.native.builtin import source_function
 from roboyard.native.called import source_of
 from roboyard.native.memory import images_can_be_loaded
@@ -277,6 +277,27 @@ def test_records_are_passed_field_by_field_and_whole_numbers_come_back() -> None
         assert type(count) is int and count == 2
         assert out.tolist() == [-1.0, 0.0, 0.5, 1.5]
     assert not isinstance(sum_up, Kernel), "it was not loaded"
+
+
+@compiled("i8[::1] f8[::1] f8[::1]", from_start=True)
+def gather(places, values, out):
+    for k in range(places.shape[0]):
+        out[k] = values[places[k]]
+
+
+def test_indices_that_count_from_the_start_are_taken_as_they_are() -> None:
+    """Loops of others, compiled before and after, go on counting negative indices from the end."""
+    values, out = np.arange(5.0), np.zeros(3)
+    kernel = Kernel(source_function(gather), gather.signature, gather.text)
+    assert kernel.signature.from_start
+    kernel.load()(np.array([4, 0, 2]), values, out)
+    assert out.tolist() == [4.0, 0.0, 2.0]
+    inner = values[2:]
+    machine_code(kernel.py_func, kernel.signature, "made", is_small=False)  # compiles, stored or not
+    kernel.load()(np.array([-1, 0, -2]), inner, out)
+    assert out.tolist() == [1.0, 2.0, 0.0]
+    jit(kernel.py_func)(np.array([-1, 0, -2]), values, out)
+    assert out.tolist() == [4.0, 0.0, 3.0]
 
 
 def test_wrong_records_are_rejected_by_field() -> None:

@@ -11,7 +11,6 @@ from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import impulse_kernels as kernels
 from roboyard.sim.stepping import kernels as step_kernels
-from roboyard.sim.stepping import time_steps
 from roboyard.sim.stepping.impulse_records import BLOCK, LINES
 
 
@@ -94,35 +93,6 @@ def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, rounds: int)
             kernels.solve_in_turn(*given.values(), rounds, 0.0, np.zeros(10), np.zeros(2), change)
         assert np.allclose(given["goals"][:, 3], expected, atol=1e-12)
         assert np.allclose(change, expected @ response, atol=1e-12)
-
-
-def test_steps_are_the_same_where_mujoco_does_not_look_for_islands(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It looks for them again in the step in which its own solver has rows to solve."""
-
-    def states() -> tuple[np.ndarray, list[bool]]:
-        world = World(profile=BULLET)
-        world.add_plane()
-        whole = arm()
-        robot = world.add_description(
-            replace(whole, links=whole.links[:4], joints=whole.joints[:3]), (0, 0, 1.7), fixed_base=True
-        )
-        for joint in robot.joints:
-            world.motors.set(joint, position=0.7, max_force=30.0)
-        for k in range(12):
-            world.add_box((0.1, 0.1, 0.1), position=(0.3 + 0.2 * k, 1.0, 0.051 + 0.01 * k), mass=0.3)
-        rows, skips = [], []
-        for _ in range(80):
-            world.step()
-            rows.append(np.concatenate([world.live_data.qpos, world.live_data.qvel]))
-            skips.append(world.stepping._skips_islands)
-            if time_steps._NO_ISLANDS:
-                assert bool(world.live_model.opt.disableflags & time_steps._NO_ISLANDS) == skips[-1]
-        return np.array(rows), skips
-
-    without, skips = states()
-    assert skips[0] and not skips[-1]
-    monkeypatch.setattr(time_steps, "_NO_ISLANDS", 0)
-    np.testing.assert_array_equal(without, states()[0])
 
 
 def test_forces_alone_accelerate_as_in_mujoco() -> None:

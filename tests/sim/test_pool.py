@@ -99,6 +99,26 @@ def test_physics_equals_that_of_a_world_built_at_once(profile):
         np.testing.assert_allclose(mine.velocity[0], theirs.velocity[0], atol=1e-10)
 
 
+@pytest.mark.parametrize("profile", [PLAIN, BULLET], ids=["plain", "bullet"])
+def test_tolerance_is_that_of_active_bodies(profile):
+    """MuJoCo's without groups of bodies that touch is relative to the inertia of all."""
+    world = World(profile=profile)
+    world.add_plane()
+    _grow(world, 14, _mixed(world))
+    world.remove(world.bodies[-2])
+
+    def check(inactive: bool) -> None:
+        option, inertia = world.live_model.opt, world.live_model.dof_M0
+        active = sum(inertia[body.free_dof :][:6].sum() for body in world.bodies if body.free_dof >= 0)
+        share = active / inertia.sum() if profile is BULLET else 1.0
+        assert option.tolerance == pytest.approx(1e-8 * share, rel=1e-9)
+        assert (share < 0.99) == (inactive and profile is BULLET)
+
+    check(inactive=True)
+    assert world.model.opt.tolerance == 1e-8
+    check(inactive=False)
+
+
 def test_contacts_soften_with_the_body_that_makes_a_pile():
     world = World(profile=BULLET)
     world.add_plane()

@@ -12,7 +12,7 @@ from sim_robots import arm
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import step_row_kernels, step_rows
-from roboyard.sim.stepping.impulse_records import EXTRA
+from roboyard.sim.stepping.impulse_records import DENSE, EXTRA
 from roboyard.sim.stepping.step_rows import ROWS, StepRows
 
 SCENE = """<mujoco><option cone="elliptic"/><worldbody><geom type="plane" size="1 1 1"/>
@@ -117,3 +117,35 @@ def test_steps_are_the_same_to_the_last_bit_without_the_addresses(keeps_points: 
     without_memory()
     np.testing.assert_array_equal(_states(240, keeps_points=keeps_points), with_addresses)
     assert np.ptp(with_addresses, axis=0).max() > 0.1
+
+
+def _states_of_boxes(steps: int) -> np.ndarray:
+    """Return the states of a held arm and of boxes that land, of which MuJoCo's solver has the most rows."""
+    world = World(profile=BULLET)
+    world.add_plane()
+    whole = arm()
+    robot = world.add_description(
+        replace(whole, links=whole.links[:4], joints=whole.joints[:3]), (0, 0, 1.7), fixed_base=True
+    )
+    for joint in robot.joints:
+        world.motors.set(joint, position=0.7, max_force=30.0)
+    for k in range(12):
+        box = world.add_box((0.1, 0.1, 0.1), position=(0.3 + 0.2 * k, 1.0, 0.051 + 0.01 * k), mass=0.3)
+        world.surfaces.set_damping(box.links[0], 0.3, 0.2)
+        world.surfaces.set_compliance(box.links[0], 2e3 * (k % 3), 40.0)
+        world.surfaces.set_restitution(box.links[0], 0.1 * (k % 2))
+    states, most = [], 0
+    for _ in range(steps):
+        world.step()
+        data = world.live_data
+        most = max(most, data.nefc)
+        states.append(np.concatenate([data.qpos, data.qvel]))
+    assert most > DENSE
+    return np.array(states)
+
+
+def test_rows_are_handed_to_mujocos_solver_as_without_the_addresses(without_memory) -> None:
+    with_addresses = _states_of_boxes(90)
+    without_memory()
+    np.testing.assert_allclose(_states_of_boxes(90), with_addresses, atol=1e-9)
+    assert np.ptp(with_addresses, axis=0).max() > 0.05

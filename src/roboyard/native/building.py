@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from types import FunctionType
 from typing import Any
 
@@ -10,7 +12,9 @@ import llvmlite.binding as llvm
 import numpy as np
 from numba import carray, cfunc, njit, types
 from numba.core import cgutils
+from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
+from numba.np import arrayobj
 
 from roboyard.native.called import called_functions
 from roboyard.native.python_functions import PYTHON, WORD
@@ -20,12 +24,17 @@ FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
 """LLVM's freedoms that keep infinite and undefined numbers as they are."""
 
 
-_made: dict[tuple[FunctionType, bool, bool, bool], Any] = {}
+_made: dict[tuple[FunctionType, bool, bool, bool, bool], Any] = {}
 """Source and options to numba's function, which several loops may call."""
 
 
 def jit(
-    function: FunctionType, *, fast_math: bool = False, no_nan: bool = False, is_part: bool = False
+    function: FunctionType,
+    *,
+    fast_math: bool = False,
+    no_nan: bool = False,
+    is_part: bool = False,
+    from_start: bool = False,
 ) -> Any:
     """Return a Python function compiled by numba, with the functions of its package that it calls.
 
@@ -35,12 +44,13 @@ def jit(
         no_nan: whether LLVM may assume that no number is undefined.
         is_part: whether it becomes part of those that call it. A call would copy nine words for each array
             that is passed, a hundred and more for a record of arrays.
+        from_start: whether it is compiled within `_indices_from_start`, apart from where it is not.
     """
-    key = function, fast_math, no_nan, is_part
+    key = function, fast_math, no_nan, is_part, from_start
     if key not in _made:
         names = dict(function.__globals__)
         for name, source in called_functions(function):
-            names[name] = jit(source, fast_math=fast_math, no_nan=no_nan, is_part=True)
+            names[name] = jit(source, fast_math=fast_math, no_nan=no_nan, is_part=True, from_start=from_start)
         copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
         freedoms = (FAST_MATH if fast_math else set()) | ({"nnan"} if no_nan else set())
         # Arrays that are passed have no owner here, and none are created: references are not counted.
@@ -75,7 +85,8 @@ def machine_code(
         own |= {"_loop": jit(function), "matrix": _view(Argument("float64", 2))}
         own |= {"numbers": _view(Argument("float64", 1)), "integers": _view(Argument("int64", 1))}
         return _compiled(signature.source, own | PYTHON, 4, name, is_small)
-    loop = jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan)
+    from_start = isinstance(signature, Signature) and signature.from_start
+    loop = jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan, from_start=from_start)
     values: dict[str, Any] = {"_loop": loop, "np": np, **PYTHON}
     if isinstance(signature, FrontSignature):
         from roboyard.native.front_entries import front_source, helpers
@@ -87,7 +98,8 @@ def machine_code(
         for a in argument.fields if isinstance(argument, Record) else (argument,):
             if a.dimensions and _view_name(a) not in values:
                 values[_view_name(a)] = _view(a)
-    return _compiled(_entry_source(signature), values, 3, name, is_small)
+    with _indices_from_start() if from_start else nullcontext():
+        return _compiled(_entry_source(signature), values, 3, name, is_small)
 
 
 def _compiled(source: str, values: dict[str, Any], count: int, name: str, is_small: bool) -> bytes:
@@ -98,6 +110,28 @@ def _compiled(source: str, values: dict[str, Any], count: int, name: str, is_sma
     made: Any = cfunc(WORD(*words), error_model="numpy")(values["entry"])
     function = made.native_name.removeprefix("cfunc.")
     return _object_file(made.inspect_llvm(), function, count, name, is_small)
+
+
+@contextmanager
+def _indices_from_start() -> Iterator[None]:
+    """Let numba take indices as they are; it adds the length of the array to negative ones otherwise.
+
+    Of each index of a loop that may be negative for all LLVM knows, that takes three instructions. Other
+    threads compile nothing meanwhile. Where numba has no such function, indices stay as they are.
+    """
+
+    def as_given(context: Any, builder: Any, kind: Any, index: Any, size: Any) -> Any:
+        return context.cast(builder, index, kind, types.intp if kind.signed else types.uintp)
+
+    with global_compiler_lock:
+        kept = getattr(arrayobj, "fix_integer_index", None)
+        if kept is not None:
+            arrayobj.fix_integer_index = as_given
+        try:
+            yield
+        finally:
+            if kept is not None:
+                arrayobj.fix_integer_index = kept
 
 
 def _entry_source(signature: Signature) -> str:

@@ -85,7 +85,11 @@ class Kernel:
 
 
 def compiled(
-    *parts: str | Record, fast_math: bool = False, no_nan: bool = False, releases_gil: bool = False
+    *parts: str | Record,
+    fast_math: bool = False,
+    no_nan: bool = False,
+    releases_gil: bool = False,
+    from_start: bool = False,
 ) -> Callable[[Any], Any]:
     """Return a decorator that makes a function a compiled loop.
 
@@ -100,9 +104,15 @@ def compiled(
         fast_math: whether the order of sums and products may be changed.
         no_nan: whether no number is ever undefined.
         releases_gil: whether other Python threads run during a call; for calls of a microsecond and more.
+        from_start: whether all indices count from the start of an array. Negative ones are then outside of
+            it, unchecked, and indices that may be negative for all the compiler knows take no time.
     """
     signature = replace(
-        parse_signature(*parts), fast_math=fast_math, no_nan=no_nan, releases_gil=releases_gil
+        parse_signature(*parts),
+        fast_math=fast_math,
+        no_nan=no_nan,
+        releases_gil=releases_gil,
+        from_start=from_start,
     )
     text = " ".join(part.made_by.__name__ if isinstance(part, Record) else part for part in parts)
 

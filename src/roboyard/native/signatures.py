@@ -66,6 +66,8 @@ class Signature:
     """Whether no number is ever undefined, which lets minima and maxima be fast."""
     releases_gil: bool = False
     """Whether other Python threads run meanwhile."""
+    from_start: bool = False
+    """Whether no index counts from the end of an array."""
 
     def problem_with(self, values: tuple[Any, ...]) -> str:
         """Return why values cannot be passed, "" where they can."""

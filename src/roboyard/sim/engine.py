@@ -322,13 +322,11 @@ class Engine(Generic[BodyT]):
         self._dofs += body.built.dofs
         self._free_dofs += body.built.free_dofs
         self._has_joints |= _has_joints(body)
-        if self._has_joints != had_joints:
+        is_other = self._is_pile != was_pile
+        if is_other or self._has_joints != had_joints:
             self._apply_options(self._model.opt)
-        if self._is_pile == was_pile:
-            self._set_contact_law([body])
-        else:
-            self._apply_options(self._model.opt)
-            self._set_contact_law(self.body_by_id.values())
+            self.pool.update_inertia()
+        self._set_contact_law(self.body_by_id.values() if is_other else [body])
         self._rows_changed(body, owner=body.id)
 
     def disown(self, body: EngineBody) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from roboyard._records import dataclass
 from roboyard.sim.build.bodies import build
 from roboyard.sim.build.records import BuildOptions, Built
+from roboyard.sim.build.solver_options import scale_tolerance
 from roboyard.sim.pool.templates import BodyTemplate, row_starts
 from roboyard.sim.protocols import EngineBody, PoolEngine
 from roboyard.transforms import Array
@@ -91,10 +92,11 @@ class PoolRows:
     def __init__(self, engine: PoolEngine) -> None:
         self._engine = engine
         self._arrays: dict[str, np.ndarray] = {}
-        self._mass = self._inertia = 0.0
+        self._mass = self._inertia = self._resting = 0.0
+        """Mass and inertia of active bodies, inertia of inactive ones."""
         self._dofs = 0
-        self._inactive: dict[int, tuple[dict[str, int], dict[str, int]]] = {}
-        """First rows and row counts of all inactive bodies, by the row of the root."""
+        self._inactive: dict[int, tuple[dict[str, int], dict[str, int], float]] = {}
+        """First rows, row counts and inertias of all inactive bodies, by the row of the root."""
 
     def locate(self, pool: list[PooledBody]) -> None:
         """Look up the rows of pooled bodies after a compile, and make them inactive."""
@@ -110,9 +112,9 @@ class PoolRows:
         """Sum up masses and inertias after they were written or MuJoCo summed them up."""
         model = self._engine.live_model
         self._mass, self._inertia = float(model.body_mass.sum()), float(model.dof_M0.sum())
-        self._dofs = int(model.nv)
-        for starts, counts in self._inactive.values():
-            self._add_to_totals(starts, counts, -1)
+        self._dofs, self._resting = int(model.nv), 0.0
+        for starts, counts, _ in list(self._inactive.values()):
+            self._count_out(starts, counts)
         if self._inactive:
             self._write_totals()
 
@@ -157,7 +159,7 @@ class PoolRows:
                 values[first : first + 3] = position
                 values[first + 3 : first + 7] = wxyz
         self._add_to_totals(starts, template.counts, 1)
-        del self._inactive[row]
+        self._resting -= self._inactive.pop(row)[2]
         self._write_totals()
 
     def deactivate(self, slot: PooledBody) -> None:
@@ -179,7 +181,7 @@ class PoolRows:
     def _deactivate(self, starts: dict[str, int], counts: dict[str, int]) -> None:
         self._rest(starts, counts)
         self._hide(starts, counts)
-        self._add_to_totals(starts, counts, -1)
+        self._count_out(starts, counts)
         self._write_totals()
 
     def _hide(self, starts: dict[str, int], counts: dict[str, int]) -> None:
@@ -189,7 +191,7 @@ class PoolRows:
         if counts["body"] > 1:
             for name in INACTIVE_JOINTS:
                 self._array(name)[_rows(name[:3], starts, counts)] = 0
-        self._inactive[starts["body"]] = starts, counts
+        self._inactive[starts["body"]] = starts, counts, 0.0
 
     def _rest(self, starts: dict[str, int], counts: dict[str, int]) -> None:
         """Clear velocities, external forces and the solver's warm start."""
@@ -209,23 +211,35 @@ class PoolRows:
         for geom in (geom for record in slot.built.links for geom in record.geoms):
             geom.contype, geom.conaffinity = options.contype, options.conaffinity
 
-    def _add_to_totals(self, starts: dict[str, int], counts: dict[str, int], sign: int) -> None:
+    def _count_out(self, starts: dict[str, int], counts: dict[str, int]) -> None:
+        """Move an inactive body's share of the totals to those of inactive bodies."""
+        inertia = self._add_to_totals(starts, counts, -1)
+        self._resting += inertia
+        self._inactive[starts["body"]] = starts, counts, inertia
+
+    def _add_to_totals(self, starts: dict[str, int], counts: dict[str, int], sign: int) -> float:
+        """Add a body's mass and inertia to the totals, or take them away; return its inertia."""
         row, dofs = starts["body"], counts["dof"]
         masses = self._array("body_mass")
         self._mass += sign * float(
             masses[row] if counts["body"] == 1 else masses[row : row + counts["body"]].sum()
         )
-        if dofs:
-            self._inertia += sign * float(self._array("dof_M0")[_rows("dof", starts, counts)].sum())
-            self._dofs += sign * dofs
+        if not dofs:
+            return 0.0
+        inertia = float(self._array("dof_M0")[_rows("dof", starts, counts)].sum())
+        self._inertia += sign * inertia
+        self._dofs += sign * dofs
+        return inertia
 
     def _write_totals(self) -> None:
         """Write the mass of the world and its mean inertia without inactive bodies.
 
-        MuJoCo measures the convergence of its solvers by the mean inertia.
+        MuJoCo measures the convergence of its solvers by the mean inertia, or by the inertia of all bodies.
         """
         self._array("body_subtreemass")[0] = self._mass
-        self._engine.live_model.stat.meaninertia = self._inertia / self._dofs if self._dofs else 1.0
+        model = self._engine.live_model
+        model.stat.meaninertia = self._inertia / self._dofs if self._dofs else 1.0
+        scale_tolerance(model.opt, self._inertia / (self._inertia + self._resting) if self._dofs else 1.0)
 
     def _array(self, name: str) -> np.ndarray:
         found = self._arrays.get(name)

@@ -43,10 +43,14 @@ from roboyard.sim.stepping.impulse_records import (
 )  # fmt: skip
 from roboyard.sim.stepping.impulse_rows import choose_trees, contact_rows, order_rows, set_goals
 from roboyard.sim.stepping.kernels import (
+    add_damping,
     bound_velocity,
     compliant_contacts,
+    correct_sliding,
     drag_on,
+    estimate_sliding,
     hard_contacts,
+    hard_equalities,
     hard_limits,
     product_friction,
 )  # fmt: skip
@@ -63,15 +67,19 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS, find_rows
 
 FRICTION_ERP = 0.2
 """Share of a slide at an anchor that is pulled back in a step."""
-KEEP, ARRANGE, ASK, SOLVE = range(4)
-"""Parts of a step, in order."""
-DONE, ROOM, POINTS_ARE_NEW, ROWS_ARE_OLD, OTHERS, LOST = range(6)
+KEEP, ARRANGE, ASK, SOLVE, HAND_OVER = range(5)
+"""Parts of a step, in order; the last one where MuJoCo's solver has rows to solve."""
+DONE, ROOM, POINTS_ARE_NEW, ROWS_ARE_OLD, OTHERS, HANDED_OVER, LOST = range(7)
 """Answers of `execute`: all is done; arrays are too short; points must be added to MuJoCo's contacts; it must
-make rows again, since contacts were moved or added; its solver has rows to solve; its arrays are not where
-they were."""
+make rows again, since contacts were moved or added; its solver has rows to solve; they are handed over to it,
+too; its arrays are not where they were."""
 
 
-@compiled(ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER, "i8 i8 i8 -> i8", fast_math=True)
+@compiled(
+    *(ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER, "i8 i8 i8 -> i8"),
+    fast_math=True,
+    from_start=True,
+)
 def execute(  # pragma: no cover
     rows, contacts, search, mechanism, state, points, surface, solver, first, last, remade
 ):
@@ -79,7 +87,8 @@ def execute(  # pragma: no cover
 
     KEEP: keep the points of contacts, before MuJoCo's rows are used. ARRANGE: choose the trees to solve and
     list their rows. ASK: write what limits and contacts ask for and what forces alone lead to; these are all
-    rows. SOLVE: solve the rows, and write the solution where these are all rows. remade: 1 where the rows
+    rows. SOLVE: solve the rows, and write the solution where these are all rows. HAND_OVER: write what rows
+    ask for into MuJoCo's, and drag; done after all parts from KEEP on, too. remade: 1 where the rows
     were made again, so that their velocities are not known.
     """
     if search.places.shape[0] > 0:
@@ -93,6 +102,9 @@ def execute(  # pragma: no cover
     rules = solver.rules
     if count > solver.order.shape[0] or count > surface.base.shape[0]:
         return ROOM
+    if first == HAND_OVER:
+        hand_over(rows, contacts, search, mechanism, state, surface, solver)
+        return HANDED_OVER
     if first <= KEEP:
         points.notes[EXTRA] = 0
         moved = 0
@@ -134,7 +146,10 @@ def execute(  # pragma: no cover
         if rules[ROUNDS] > 0.0 and (contact_count == 0 or rules[CONTACTS_ARE_HARD] > 0.0):
             arrange(rows, contacts, search, mechanism, state, surface, solver, before_contacts)
         if solver.ends[5] != count:
-            return OTHERS
+            if first > KEEP or search.places.shape[0] == 0:
+                return OTHERS
+            hand_over(rows, contacts, search, mechanism, state, surface, solver)
+            return HANDED_OVER
     if last >= ASK and first <= ASK:
         ask_of_rows(rows, contacts, search, state, surface, solver, remade)
         if rules[KEEPS_POINTS] > 0.0:
@@ -337,6 +352,36 @@ def ask_of_rows(rows, contacts, search, state, surface, solver, remade):  # prag
                 surface.compliance, geom, dim, address, dist, friction, mu, rules[TIMESTEP],
                 rules[CONTACT_ERP], rules[SLOP], surface.base, reference, R, D,
             )  # fmt: skip
+
+
+def hand_over(rows, contacts, search, mechanism, state, surface, solver):  # pragma: no cover
+    """Do what `Surfaces.apply` does: add drag, and write what rows ask for, for MuJoCo's solver."""
+    add_damping(
+        surface.damping, mechanism.mass, mechanism.inertia, mechanism.body_root, state.cvel, state.xipos,
+        state.ximat, state.subtree_com, state.wrench,
+    )  # fmt: skip
+    at, count, rules = rows.starts, search.counts[4], solver.rules
+    reference = rows.reference[at[8] : at[8] + count]
+    velocity = rows.velocity[at[7] : at[7] + count]
+    if rules[CONTACTS_ARE_HARD] > 0.0:
+        position = rows.position[at[3] : at[3] + count]
+        hard_equalities(position, velocity, search.counts[1], rules[TIMESTEP], rules[ERP], reference)
+    ask_of_rows(rows, contacts, search, state, surface, solver, 0)
+    estimate_sliding(
+        contacts.dim, contacts.address[: search.counts[0]], contacts.friction, velocity, rules[TIMESTEP],
+        surface.base, reference,
+    )  # fmt: skip
+
+
+@compiled(ROWS, CONTACTS, SEARCH, SURFACE, "f8[::1] f8 -> f8")
+def correct_slides(rows, contacts, search, surface, acceleration, timestep):  # pragma: no cover
+    """Do what `correct_sliding` does, in MuJoCo's block; return the largest change (m/s)."""
+    at, count = rows.starts, search.counts[4]
+    return correct_sliding(
+        contacts.dim, contacts.address[: search.counts[0]], contacts.friction,
+        rows.velocity[at[7] : at[7] + count], acceleration, rows.force[at[9] : at[9] + count], timestep,
+        surface.base, rows.reference[at[8] : at[8] + count],
+    )  # fmt: skip
 
 
 def accelerate(mechanism, state, surface, solver):  # pragma: no cover

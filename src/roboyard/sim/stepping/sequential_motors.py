@@ -114,8 +114,24 @@ class SequentialMotors:
 
         The solution is written where these are all rows; `write` does it otherwise, after MuJoCo's solver.
         """
-        if self._solver.ends[5] >= 0:
+        if self._solver.ends.item(5) >= 0:
             self.execute(found, kernels().SOLVE, kernels().SOLVE)
+
+    def hand_over(self, found: StepRows) -> None:
+        """Write what rows ask for into MuJoCo's, which its solver is given; they must be in its block."""
+        self.execute(found, kernels().HAND_OVER, kernels().HAND_OVER)
+
+    def correct_slides(self, found: StepRows, acceleration: np.ndarray, timestep: float) -> float:
+        """Remove the lift of sliding contacts after MuJoCo's solver; return the largest change (m/s).
+
+        Args:
+            found: the contacts and rows, whose references are changed.
+            acceleration: (nefc,) of rows, m/s² or rad/s².
+            timestep: duration of the step (s).
+        """
+        return kernels().correct_slides(
+            found.rows, found.contacts, found.search, self._surface, acceleration, timestep
+        )
 
     def execute(self, found: StepRows, first: int, last: int, remade: int = 0) -> int:
         """Execute parts of a step in the compiled loop of that name; return what it returns.
@@ -146,7 +162,7 @@ class SequentialMotors:
     def write(self, found: StepRows, timestep: float) -> None:
         """Write the solution over MuJoCo's, after its solver, which had other rows."""
         solver, mechanism, state = self._solver, self._mechanism, self._state
-        if solver.ends[5] < 0 or mechanism is None:
+        if mechanism is None or solver.ends.item(5) < 0:
             return
         start, count = found.rows.starts[9], found.counts[-1]
         kernels().write_solution(

@@ -90,6 +90,12 @@ class StepRows:
         """Whether `rows` and `contacts` are MuJoCo's block, in which loops find the arrays themselves."""
         return self._block is not None
 
+    def counts_now(self) -> tuple[int, ...]:
+        """Return `counts` of what MuJoCo has made by now, for arrays that are in its block."""
+        assert self._block is not None
+        self.counts = _UNPACK(self._block.counts)
+        return self.counts
+
     def leave_memory(self) -> None:
         """Pass the arrays of MuJoCo's module from now on, since its addresses are not as expected."""
         self._block = None

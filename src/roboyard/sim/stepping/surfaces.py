@@ -320,11 +320,28 @@ class Surfaces:
         if not data.ncon:
             return
         # MuJoCo does not move a step's constraint arrays before the next step
-        acceleration, force = self._sliding[-1], data.efc_force
+        force = data.efc_force
+        self.solve_slides(
+            model,
+            data,
+            self._sliding[-1],
+            lambda: kernels().correct_sliding(*self._sliding, force, timestep, *self._references),
+        )
+
+    def solve_slides(
+        self, model: Any, data: Any, acceleration: np.ndarray, correct: Callable[[], float]
+    ) -> None:
+        """Correct sliding contacts and solve again until they agree, after the solver.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            acceleration: (nefc,) accelerations of rows, written; m/s² or rad/s².
+            correct: changes the references by them and returns the largest change (m/s).
+        """
         for _ in range(SLIDING_ITERATIONS):
             mujoco.mj_mulJacVec(model, data, acceleration, self._solution)
-            change = kernels().correct_sliding(*self._sliding, force, timestep, *self._references)
-            if change < SLIDING_TOLERANCE:
+            if correct() < SLIDING_TOLERANCE:
                 return
             data.qacc_warmstart[:] = self._solution
             mujoco.mj_fwdConstraint(model, data)

@@ -31,8 +31,6 @@ impulse_kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
 log = LazyLogger("roboyard.simulation")
 
-_NO_ISLANDS = int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
-
 
 class _SolverWarning(threading.local):
     """The warning of MuJoCo during the step of this thread."""
@@ -94,8 +92,8 @@ class Stepping:
         """Whether robots with motors, or constraints, may be solved row by row."""
         self._has_drag = False
         """Whether the drag of this step was added to external forces."""
-        self._skips_islands = False
-        """Whether MuJoCo does not look for groups of bodies that touch: only its own solver uses them."""
+        self._accelerations = np.zeros(0)
+        """Room for those of a step's rows."""
         self._velocity_limits: dict[tuple[int, int], float] = {}
         self._compiled: tuple[Any, ...] | None = None
         """MuJoCo's options, a step's rows, velocities, accelerations, bounds on velocities, if any, and
@@ -119,7 +117,6 @@ class Stepping:
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
         self._compiled = None
-        self._skips_islands = False
         self.sliding.invalidate()
         self.stops.invalidate()
         self.fast_turns.invalidate()
@@ -128,8 +125,6 @@ class Stepping:
 
     def note_bodies(self) -> None:
         """Note that bodies were added or removed, with or without a compile."""
-        if self._skips_islands and self._compiled is not None:
-            self._look_for_islands(self._compiled[0])
         self.sliding.invalidate()
         self.fast_turns.invalidate()
         self.manifolds.invalidate()
@@ -240,24 +235,44 @@ class Stepping:
             answer = in_turn.execute(found, loops.ARRANGE, loops.SOLVE, remade=int(remade))
         if answer == loops.DONE:
             mujoco.mj_Euler(model, data)
-            if not self._skips_islands:
-                self._skips_islands = True
-                model.opt.disableflags |= _NO_ISLANDS
             return
-        was_skipped = self._skips_islands
-        if was_skipped:
-            self._look_for_islands(model.opt)
         if remade:
             self._complete_rows(model, data, found)
-        elif was_skipped:
-            mujoco.mj_island(model, data)
-            found.look()
-        self._finish(model, data, found, timestep, slides=False, alone=False)
+        if answer != loops.HANDED_OVER and found.is_direct:
+            in_turn.hand_over(found)
+            answer = loops.HANDED_OVER
+        if answer == loops.HANDED_OVER:
+            self._finish_in_block(model, data, found, timestep)
+        else:
+            self._finish(model, data, found, timestep, slides=False, alone=False)
 
-    def _look_for_islands(self, option: Any) -> None:
-        """Let MuJoCo look for groups of bodies that touch again."""
-        self._skips_islands = False
-        option.disableflags &= ~_NO_ISLANDS
+    def _finish_in_block(self, model: Any, data: Any, found: StepRows, timestep: float) -> None:
+        """Do what `_finish` does, with rows in MuJoCo's block, handed over, and without soft bodies."""
+        in_turn = self.in_turn
+        self._has_drag = True
+        if self._has_motors:
+            self.motors.apply(data, timestep)
+        mujoco.mj_fwdActuation(model, data)
+        mujoco.mj_fwdAcceleration(model, data)
+        in_turn.solve(found)
+        mujoco.mj_fwdConstraint(model, data)
+        contacts, _, _, _, rows = found.counts_now()
+        if contacts:
+            room = self._accelerations
+            if len(room) < rows:
+                room = self._accelerations = np.zeros(2 * rows)
+            acceleration = room[:rows]
+            self.surfaces.solve_slides(
+                model, data, acceleration, lambda: in_turn.correct_slides(found, acceleration, timestep)
+            )
+        if self._is_bounded:
+            self.constraints.bound_forces(model, data)
+        in_turn.write(found, timestep)
+        assert self._compiled is not None
+        limits = self._compiled[4]
+        if limits is not None:
+            kernels().bound_velocity(self._compiled[2], self._compiled[3], timestep, limits)
+        mujoco.mj_Euler(model, data)
 
     def _prepare(self, model: Any, data: Any, timestep: float) -> None:
         """Prepare motors, kept points and the solver of both before a step."""
@@ -279,8 +294,6 @@ class Stepping:
 
     def _attempt(self, model: Any, data: Any, *, stops: bool = False) -> None:
         world = self._world
-        if self._skips_islands:
-            self._look_for_islands(model.opt)
         compiled = self._compiled
         if compiled is None:
             compiled = self._compiled = self._look_up(model, data)

@@ -94,8 +94,9 @@ class Wrenches:
             self.of_last_push = (self._world.time, wrenches.copy())
         if self.pushed or drag:
             wrenches.fill(0.0)
-        efforts.fill(0.0)
-        self.pending = self.pushed = False
+        if self.pending:
+            efforts.fill(0.0)
+            self.pending = self.pushed = False
 
     def _look_up(self) -> None:
         data = self._world.live_data
