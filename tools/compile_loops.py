@@ -18,10 +18,11 @@ from pathlib import Path
 
 import roboyard
 from roboyard.native import Kernel
+from roboyard.native.callbacks import Callback
 from roboyard.native.fronts import Front
 
 PACKAGE = Path(roboyard.__file__).parent
-DECORATED = re.compile(r"^(@(compiled|fronted|kernel)|[A-Z]+ = Front)\(", re.MULTILINE)
+DECORATED = re.compile(r"^(@(compiled|fronted|kernel|called_by_c)|[A-Z]+ = Front)\(", re.MULTILINE)
 
 
 def main() -> None:
@@ -47,7 +48,8 @@ def compile_module(name: str) -> int:
     for loop in new:
         loop.load()
     fronts = [value.front for value in values if isinstance(getattr(value, "front", None), Front)]
-    missing = [front for front in fronts if not front.is_stored]
+    callbacks = [value for value in values if isinstance(value, Callback)]
+    missing = [front for front in (*fronts, *callbacks) if not front.is_stored]
     for front in missing:
         front.address()
     return len(new) + len(missing)

@@ -17,8 +17,17 @@ from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from roboyard.native.called import called_functions
+from roboyard.native.memory import function_address
 from roboyard.native.python_functions import PYTHON, WORD
-from roboyard.native.signatures import Argument, EntrySignature, FrontSignature, Record, Signature
+from roboyard.native.signatures import (
+    Argument,
+    CallbackSignature,
+    EntrySignature,
+    FrontSignature,
+    Record,
+    Signature,
+)
+from roboyard.native.views import integers_at, numbers_at, short_numbers_at, words_at
 
 FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
 """LLVM's freedoms that keep infinite and undefined numbers as they are."""
@@ -51,6 +60,10 @@ def jit(
         names = dict(function.__globals__)
         for name, source in called_functions(function):
             names[name] = jit(source, fast_math=fast_math, no_nan=no_nan, is_part=True, from_start=from_start)
+        for name in function.__code__.co_names:
+            value = function.__globals__.get(name)
+            if isinstance(value, FunctionType) and value in _VIEWS:
+                names[name] = _VIEWS[value]
         copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
         freedoms = (FAST_MATH if fast_math else set()) | ({"nnan"} if no_nan else set())
         # Arrays that are passed have no owner here, and none are created: references are not counted.
@@ -62,7 +75,7 @@ def jit(
 
 def machine_code(
     function: FunctionType,
-    signature: Signature | FrontSignature | EntrySignature,
+    signature: Signature | FrontSignature | EntrySignature | CallbackSignature,
     name: str,
     *,
     is_small: bool,
@@ -71,7 +84,8 @@ def machine_code(
 
     The function is what Python calls METH_FASTCALL: its arguments are the object None, the address of a list
     of objects and their number; it returns an object, or 0 after it has set an exception. Of a front the
-    first is the Python function, and the fourth the tuple of keywords or 0.
+    first is the Python function, and the fourth the tuple of keywords or 0. A callback has the arguments and
+    the result that its signature says.
 
     Args:
         function: Python source of the loop.
@@ -92,6 +106,8 @@ def machine_code(
         from roboyard.native.front_entries import front_source, helpers
 
         return _compiled(front_source(signature), values | helpers(), 4, name, is_small)
+    if isinstance(signature, CallbackSignature):
+        return _compiled_callback(signature, values, name, is_small)
     for k, argument in enumerate(signature.arguments):
         if isinstance(argument, Record):
             values[f"_record{k}"] = argument.made_by
@@ -109,7 +125,39 @@ def _compiled(source: str, values: dict[str, Any], count: int, name: str, is_sma
     words[1] = types.CPointer(WORD)
     made: Any = cfunc(WORD(*words), error_model="numpy")(values["entry"])
     function = made.native_name.removeprefix("cfunc.")
-    return _object_file(made.inspect_llvm(), function, count, name, is_small)
+    entry = _entry(function, ["ptr" if k == 1 else "i64" for k in range(count)], name, "i64")
+    return _object_file(made.inspect_llvm(), entry, name, is_small)
+
+
+def _compiled_callback(
+    signature: CallbackSignature, values: dict[str, Any], name: str, is_small: bool
+) -> bytes:
+    """Return an object file of a function for C, which calls the loop, and another one where it declines.
+
+    Raises:
+        TypeError: there is no such other one.
+    """
+    other = function_address(signature.otherwise)
+    if not other:
+        raise TypeError(f"{name} calls {signature.otherwise}, which no library has that was offered")
+    llvm.add_symbol(signature.otherwise, other)
+    kind = getattr(types, signature.returns)(*(getattr(types, a) for a in signature.arguments))
+    given = ", ".join(f"a{k}" for k in range(len(signature.arguments)))
+    source = f"""def entry({given}):
+    result = _loop({given})
+    return {signature.returns}(result) if result >= 0 else {signature.otherwise}({given})
+"""
+    values |= {
+        signature.otherwise: types.ExternalFunction(signature.otherwise, kind),
+        signature.returns: getattr(np, signature.returns),
+    }
+    exec(compile(source, f"<{name}>", "exec"), values)  # noqa: S102 - our own source
+    made: Any = cfunc(kind, error_model="numpy")(values["entry"])
+    function = made.native_name.removeprefix("cfunc.")
+    words = {"int64": "i64", "int32": "i32", "float64": "double"}
+    arguments = [words[a] for a in signature.arguments]
+    entry = _entry(function, arguments, name, words[signature.returns])
+    return _object_file(made.inspect_llvm(), entry, name, is_small)
 
 
 @contextmanager
@@ -168,11 +216,9 @@ def _read(argument: Argument, name: str, given: str) -> list[str]:
     ]
 
 
-def _object_file(assembly: str, function: str, count: int, name: str, is_small: bool) -> bytes:
-    """Return the object file of one function of a module, without what the function does not use."""
-    module = llvm.parse_assembly(
-        _UNUSED.sub(r"define void @\1(\2 %0) { ret void }", assembly) + _entry(function, count, name)
-    )
+def _object_file(assembly: str, entry: str, name: str, is_small: bool) -> bytes:
+    """Return the object file of a function, `entry`, that calls a module, without what it does not use."""
+    module = llvm.parse_assembly(_UNUSED.sub(r"define void @\1(\2 %0) { ret void }", assembly) + entry)
     for other in (*module.functions, *module.global_variables):
         if other.name != name and not other.is_declaration:
             other.linkage = "internal"
@@ -190,17 +236,17 @@ def _object_file(assembly: str, function: str, count: int, name: str, is_small: 
     return machine.emit_object(module)
 
 
-def _entry(function: str, count: int, name: str) -> str:
+def _entry(function: str, arguments: list[str], name: str, returns: str) -> str:
     """Return the public function, which calls numba's: that takes places of result and error first."""
-    given = ", ".join(f"{'ptr' if k == 1 else 'i64'} %a{k}" for k in range(count))
+    given = ", ".join(f"{kind} %a{k}" for k, kind in enumerate(arguments))
     return f"""
-define i64 @{name}({given}) {{
-  %result = alloca i64
+define {returns} @{name}({given}) {{
+  %result = alloca {returns}
   %problem = alloca ptr
-  store i64 0, ptr %result
+  store {returns} zeroinitializer, ptr %result
   %status = call i32 @"{function}"(ptr %result, ptr %problem, {given})
-  %object = load i64, ptr %result
-  ret i64 %object
+  %object = load {returns}, ptr %result
+  ret {returns} %object
 }}
 """
 
@@ -242,6 +288,36 @@ def _word(context: Any, address: Any, place: Any) -> Any:
         return builder.load(builder.gep(start, [arguments[1]]))
 
     return WORD(WORD, WORD), generate
+
+
+def _memory_at(kind: Any) -> Any:
+    """Return a function of compiled code that gives so many numbers at an address as an array."""
+    result = types.Array(kind, 1, "C")
+
+    @intrinsic
+    def memory_at(context: Any, address: Any, count: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            given = [
+                context.cast(builder, a, t, WORD) for a, t in zip(arguments, signature.args, strict=True)
+            ]
+            array = arrayobj.make_array(result)(context, builder)
+            size = context.get_constant(types.intp, kind.bitwidth // 8)
+            data = builder.inttoptr(given[0], array.data.type)
+            arrayobj.populate_array(array, data, [given[1]], [size], size, meminfo=None)
+            return array._getvalue()
+
+        return result(address, count), generate
+
+    return memory_at
+
+
+_VIEWS = {
+    numbers_at: _memory_at(types.float64),
+    short_numbers_at: _memory_at(types.float32),
+    integers_at: _memory_at(types.int32),
+    words_at: _memory_at(types.int64),
+}
+"""Functions that see memory to what they are in compiled code."""
 
 
 def _view_name(argument: Argument) -> str:

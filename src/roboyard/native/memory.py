@@ -13,6 +13,15 @@ from typing import Any
 from roboyard.native.images import Image
 
 _loaded: list[Any] = []  # the memory of images, which stays
+_offered: list[Any] = []
+"""Libraries whose functions images may call."""
+
+
+def offer(library: Any) -> None:
+    """Let images call functions of a library, a `ctypes.CDLL`."""
+    if library not in _offered:
+        _offered.append(library)
+        function_address.cache_clear()
 
 
 @cache
@@ -23,7 +32,7 @@ def images_can_be_loaded() -> bool:
 
 def load_image(image: Image) -> int:
     """Return the address of an image's function; 0 where the system does not execute it."""
-    addresses = [(place, _address(name)) for place, name in image.others]
+    addresses = [(place, function_address(name)) for place, name in image.others]
     if not all(address for _, address in addresses):
         return 0
     try:
@@ -42,13 +51,13 @@ def load_image(image: Image) -> int:
 
 def missing_functions(image: Image) -> list[str]:
     """Return the names of functions that an image calls and that a process without numba does not have."""
-    return sorted({name for _, name in image.others if not _address(name)})
+    return sorted({name for _, name in image.others if not function_address(name)})
 
 
 @cache
-def _address(name: str) -> int:
-    """Return the address of a function of the process or of the mathematics library, 0 where it is absent."""
-    for library in (ctypes.pythonapi, _mathematics()):
+def function_address(name: str) -> int:
+    """Return the address of a function of the process, or of mathematics or offered ones; 0 for none."""
+    for library in (ctypes.pythonapi, _mathematics(), *_offered):
         function = getattr(library, name, None)
         if function is not None:
             return ctypes.cast(function, ctypes.c_void_p).value or 0

@@ -21,9 +21,9 @@ from roboyard.native.called import source_of
 from roboyard.native.images import image_from_bytes, image_of
 from roboyard.native.memory import images_can_be_loaded, load_image, missing_functions
 from roboyard.native.processor import processor
-from roboyard.native.signatures import EntrySignature, FrontSignature, Signature
+from roboyard.native.signatures import CallbackSignature, EntrySignature, FrontSignature, Signature
 
-AnySignature = Signature | FrontSignature | EntrySignature
+AnySignature = Signature | FrontSignature | EntrySignature | CallbackSignature
 _LAYOUT = 10
 """Increased whenever arguments are passed, or loops compiled, in another way."""
 _DIGEST = 32

@@ -115,6 +115,19 @@ class EntrySignature:
     """
 
 
+@dataclass(frozen=True)
+class CallbackSignature:
+    """Arguments and result of a function that C calls."""
+
+    arguments: tuple[str, ...]
+    """`int64`, `int32` or `float64`."""
+    returns: str
+    otherwise: str
+    """Name of the C function that is called where the result is negative."""
+    fast_math: bool = True
+    no_nan: bool = False
+
+
 def record(made_by: type, text: str) -> Record:
     """Return a named tuple as an argument; `text` has the types of its fields, as a signature has.
 

@@ -23,6 +23,7 @@ from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.manifold_kernels")
+face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
 _BLANK = mujoco.MjContact()
@@ -196,6 +197,8 @@ class Manifolds:
         keeps = not any(r.windows for body in world.body_by_id.values() for r in body.built.links)
         if keeps:
             model.opt.disableflags |= _MULTIPLE
+            if model.nmesh:
+                face_contacts().install()
         else:
             model.opt.disableflags &= ~_MULTIPLE
         self._bound = _Bound(
