@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from roboyard.native import Kernel, compiled, objects, record
+from roboyard.native import Bundle, Kernel, compiled, objects, record
 from roboyard.native.building import jit, machine_code
 from roboyard.native.builtin import source_function
 from roboyard.native.called import source_of
@@ -298,6 +298,52 @@ def test_indices_that_count_from_the_start_are_taken_as_they_are() -> None:
     assert out.tolist() == [1.0, 2.0, 0.0]
     jit(kernel.py_func)(np.array([-1, 0, -2]), values, out)
     assert out.tolist() == [4.0, 0.0, 3.0]
+
+
+class Parts(NamedTuple):
+    """A record of arrays and an integer."""
+
+    parts: np.ndarray
+    places: np.ndarray
+    factor: int
+
+
+ITEM = record(Parts, "f8[::1] i8[:,:] i8")
+BOTH = Bundle((ITEM, ITEM))
+
+
+@compiled(BOTH, "i8 f8[::1] -> i8")
+def sum_up_both(first, second, times, out):
+    out[0] = second.factor * first.parts.sum()
+    second.places[0, 0] += times
+    return first.places[0, 0]
+
+
+def test_bundles_of_records_are_passed_as_one_argument() -> None:
+    one = Parts(np.array([1.0, -2.0, 3.5]), np.array([[2, 3], [1, 4]]).T, 3)
+    two = one._replace(places=np.array([[4], [5]]), factor=-2)
+    both, out = BOTH.of(one, two), np.zeros(1)
+    kernel = compiled(BOTH, "i8 f8[::1] -> i8")(source_function(sum_up_both))
+    for loop in (kernel.load(), objects.jitted(kernel.py_func, kernel.signature)):
+        two.places[0, 0] = 4
+        assert loop(both, 7, out) == 2
+        assert out[0] == -5.0 and two.places[0, 0] == 11
+    one.parts[0] = 2.0  # the same arrays
+    sum_up_both(both, 0, out)
+    assert out[0] == -7.0
+
+
+def test_wrong_bundles_are_rejected() -> None:
+    pieces = Parts(np.array([1.0, -2.0, 3.0]), np.array([[2], [1]]), 3)
+    with pytest.raises(TypeError, match="a Pieces has a number"):
+        Bundle((PIECES,))
+    with pytest.raises(TypeError, match="1 records instead of 2"):
+        BOTH.of(pieces)
+    with pytest.raises(TypeError, match="parts is float32 instead of float64"):
+        BOTH.of(pieces, pieces._replace(parts=np.zeros(3, np.float32)))
+    loop = compiled(BOTH, "i8 f8[::1] -> i8")(source_function(sum_up_both))
+    with pytest.raises(TypeError, match="argument 0 is not of this bundle"):
+        loop(Bundle((ITEM,)).of(pieces), 1, np.zeros(1))
 
 
 def test_wrong_records_are_rejected_by_field() -> None:

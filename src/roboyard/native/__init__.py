@@ -8,6 +8,6 @@ becomes a builtin function of Python. Loops that use numba's threads or create a
 from __future__ import annotations
 
 from roboyard.native.kernels import Kernel, compiled
-from roboyard.native.signatures import Record, record
+from roboyard.native.signatures import Bundle, Record, record
 
-__all__ = ["Kernel", "Record", "compiled", "record"]
+__all__ = ["Bundle", "Kernel", "Record", "compiled", "record"]

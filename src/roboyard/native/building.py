@@ -21,6 +21,7 @@ from roboyard.native.memory import function_address
 from roboyard.native.python_functions import PYTHON, WORD
 from roboyard.native.signatures import (
     Argument,
+    Bundle,
     CallbackSignature,
     EntrySignature,
     FrontSignature,
@@ -29,6 +30,8 @@ from roboyard.native.signatures import (
 )
 from roboyard.native.views import integers_at, numbers_at, short_numbers_at, words_at
 
+_WORDS = Argument("int64", 1, is_contiguous=True)
+"""A bundle's addresses and integers."""
 FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
 """LLVM's freedoms that keep infinite and undefined numbers as they are."""
 
@@ -109,9 +112,13 @@ def machine_code(
     if isinstance(signature, CallbackSignature):
         return _compiled_callback(signature, values, name, is_small)
     for k, argument in enumerate(signature.arguments):
-        if isinstance(argument, Record):
-            values[f"_record{k}"] = argument.made_by
-        for a in argument.fields if isinstance(argument, Record) else (argument,):
+        records = (argument,) if isinstance(argument, Record) else getattr(argument, "records", ())
+        for j, record in enumerate(records):
+            values[f"_record{k}_{j}"] = record.made_by
+        fields = [field for record in records for field in record.fields]
+        if isinstance(argument, Bundle):
+            fields.append(_WORDS)
+        for a in [argument] if isinstance(argument, Argument) else fields:
             if a.dimensions and _view_name(a) not in values:
                 values[_view_name(a)] = _view(a)
     with _indices_from_start() if from_start else nullcontext():
@@ -185,15 +192,31 @@ def _indices_from_start() -> Iterator[None]:
 def _entry_source(signature: Signature) -> str:
     """Return the source of the function that converts Python's objects and calls the loop."""
     lines = [f"if count != {len(signature.arguments)}:", "    PyErr_BadArgument()", "    return 0"]
+    passed: list[str] = []
     for k, argument in enumerate(signature.arguments):
-        if not isinstance(argument, Record):
+        if isinstance(argument, Argument):
             lines += _read(argument, f"a{k}", f"given[{k}]")
+            passed.append(f"a{k}")
             continue
-        names = [f"a{k}_{place}" for place in range(len(argument.fields))]
-        for place, (name, field) in enumerate(zip(names, argument.fields, strict=True)):
-            lines += _read(field, name, f"PyTuple_GetItem(given[{k}], {place})")
-        lines.append(f"a{k} = _record{k}({', '.join(names)})")
-    call = f"_loop({', '.join(f'a{k}' for k in range(len(signature.arguments)))})"
+        is_bundle = isinstance(argument, Bundle)
+        if is_bundle:
+            lines.append(f"words{k} = {_view_name(_WORDS)}(given[{k}])")
+        place = 0
+        for j, record in enumerate(argument.records if is_bundle else (argument,)):
+            names = []
+            for field in record.fields:
+                name = f"a{k}_{place}"
+                names.append(name)
+                if not is_bundle:
+                    lines += _read(field, name, f"PyTuple_GetItem(given[{k}], {place})")
+                elif field.dimensions:
+                    lines.append(f"{name} = {_view_name(field)}(words{k}[{place}])")
+                else:
+                    lines.append(f"{name} = np.{field.dtype}(words{k}[{place}])")
+                place += 1
+            passed.append(f"a{k}_{j}_")
+            lines.append(f"{passed[-1]} = _record{k}_{j}({', '.join(names)})")
+    call = f"_loop({', '.join(passed)})"
     lines += ["thread = PyEval_SaveThread()"] if signature.releases_gil else []
     lines.append(f"result = {call}" if signature.returns else call)
     lines += ["PyEval_RestoreThread(thread)"] if signature.releases_gil else []

@@ -12,7 +12,7 @@ from typing import Any
 
 from roboyard.native import objects
 from roboyard.native.builtin import builtin_function
-from roboyard.native.signatures import Record, Signature, parse_signature
+from roboyard.native.signatures import Bundle, Record, Signature, parse_signature
 
 loading = threading.RLock()
 """Held while a loop is compiled or loaded: LLVM and the files of loops are for one thread at a time."""
@@ -85,7 +85,7 @@ class Kernel:
 
 
 def compiled(
-    *parts: str | Record,
+    *parts: str | Record | Bundle,
     fast_math: bool = False,
     no_nan: bool = False,
     releases_gil: bool = False,
@@ -100,7 +100,7 @@ def compiled(
         parts: types of the arguments, separated by spaces: f8, i8, i4 for numbers (float64, int64, int32) and
             f8[:], i4[:,:], ... for arrays, f8[:,::1] for those in C order, which are faster (only the first
             call checks); "-> f8" or "-> i8" at the end where it returns a number. A `record` stands between
-            texts for a named tuple.
+            texts for a named tuple, a `Bundle` for several, which are passed as what its `of` returns.
         fast_math: whether the order of sums and products may be changed.
         no_nan: whether no number is ever undefined.
         releases_gil: whether other Python threads run during a call; for calls of a microsecond and more.
@@ -114,12 +114,18 @@ def compiled(
         releases_gil=releases_gil,
         from_start=from_start,
     )
-    text = " ".join(part.made_by.__name__ if isinstance(part, Record) else part for part in parts)
+    text = " ".join(part if isinstance(part, str) else _text(part) for part in parts)
 
     def decorate(function: Any) -> Kernel:
         given = function.__code__.co_argcount
-        if given != len(signature.arguments):
+        if given != signature.count:
             raise TypeError(f"{function.__name__} has {given} arguments, its signature {text!r} has others")
         return Kernel(function, signature, text)
 
     return decorate
+
+
+def _text(part: Record | Bundle) -> str:
+    if isinstance(part, Record):
+        return part.made_by.__name__
+    return f"({' '.join(record.made_by.__name__ for record in part.records)})"

@@ -21,7 +21,7 @@ from roboyard.native.called import source_of
 from roboyard.native.images import image_from_bytes, image_of
 from roboyard.native.memory import images_can_be_loaded, load_image, missing_functions
 from roboyard.native.processor import processor
-from roboyard.native.signatures import CallbackSignature, EntrySignature, FrontSignature, Signature
+from roboyard.native.signatures import CallbackSignature, EntrySignature, FrontSignature, Signature, Words
 
 AnySignature = Signature | FrontSignature | EntrySignature | CallbackSignature
 _LAYOUT = 10
@@ -90,7 +90,14 @@ def jitted(function: FunctionType, signature: Signature) -> Callable[..., Any]:
     """Return the loop as numba's own function, where stored code cannot be used."""
     from roboyard.native.building import jit
 
-    return jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan)
+    loop = jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan)
+    if signature.count == len(signature.arguments):
+        return loop
+
+    def call(*values: Any) -> Any:
+        return loop(*(v for value in values for v in (value.records if type(value) is Words else (value,))))
+
+    return call
 
 
 @cache

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from roboyard._records import dataclass
 
 DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "u8": "uint64", "i4": "int32", "u1": "uint8"}
@@ -53,11 +55,58 @@ class Record:
         return ""
 
 
+class Words(np.ndarray):
+    """(n,) addresses of the arrays of several records, and the integers among their fields."""
+
+    bundle: Bundle | None = None
+    records: tuple[Any, ...] = ()
+    """The records, whose arrays stay as long as this does."""
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """One argument for several of the loop: records of arrays and integers that many calls have in common.
+
+    A call reads only those fields that the loop uses, and none of Python's objects.
+    """
+
+    records: tuple[Record, ...]
+
+    def __post_init__(self) -> None:
+        """Raise TypeError where a field is a number that is no integer."""
+        for one in self.records:
+            if any(not field.dimensions and field.dtype.startswith("f") for field in one.fields):
+                raise TypeError(f"a {one.made_by.__name__} has a number that is no integer")
+
+    def of(self, *values: Any) -> Words:
+        """Return records as the argument of a loop.
+
+        Raises:
+            TypeError: they are other ones.
+        """
+        if len(values) != len(self.records):
+            raise TypeError(f"{len(values)} records instead of {len(self.records)}")
+        words: list[int] = []
+        for wanted, value in zip(self.records, values, strict=True):
+            problem = wanted.problem_with(value)
+            if problem:
+                raise TypeError(problem)
+            pairs = zip(wanted.fields, value, strict=True)
+            words += [id(field) if argument.dimensions else int(field) for argument, field in pairs]
+        made = np.array(words, np.int64).view(Words)
+        made.bundle, made.records = self, values
+        return made
+
+    def problem_with(self, value: Any) -> str:
+        """Return why a value cannot be passed, "" where it can."""
+        return "" if type(value) is Words and value.bundle == self else "is not of this bundle"
+
+
 @dataclass(frozen=True)
 class Signature:
     """Arguments and result of a loop."""
 
-    arguments: tuple[Argument | Record, ...]
+    arguments: tuple[Argument | Record | Bundle, ...]
     returns: str
     """`float64` or `int64` where it returns a number, "" where it returns nothing."""
     fast_math: bool = False
@@ -68,6 +117,11 @@ class Signature:
     """Whether other Python threads run meanwhile."""
     from_start: bool = False
     """Whether no index counts from the end of an array."""
+
+    @property
+    def count(self) -> int:
+        """Number of arguments of the loop in Python."""
+        return sum(len(a.records) if isinstance(a, Bundle) else 1 for a in self.arguments)
 
     def problem_with(self, values: tuple[Any, ...]) -> str:
         """Return why values cannot be passed, "" where they can."""
@@ -141,12 +195,12 @@ def record(made_by: type, text: str) -> Record:
     return Record(made_by, names, fields)
 
 
-def parse_signature(*parts: str | Record) -> Signature:
+def parse_signature(*parts: str | Record | Bundle) -> Signature:
     """Return the signature of texts such as "f8[:,:] i4[::1] f8 -> f8" and of records between them."""
-    arguments: list[Argument | Record] = []
+    arguments: list[Argument | Record | Bundle] = []
     returns = ""
     for part in parts:
-        if isinstance(part, Record):
+        if isinstance(part, (Record, Bundle)):
             arguments.append(part)
             continue
         before, _, after = part.partition("->")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.native import compiled
+from roboyard.native import Bundle, compiled
 from roboyard.sim.stepping.impulse_records import (
     BLOCK,
     CONTACT_ERP,
@@ -65,6 +65,8 @@ from roboyard.sim.stepping.manifold_kernels import (
 )
 from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS, find_rows
 
+EVERYTHING = Bundle((ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER))
+"""Arrays of a step."""
 FRICTION_ERP = 0.2
 """Share of a slide at an anchor that is pulled back in a step."""
 KEEP, ARRANGE, ASK, SOLVE, HAND_OVER = range(5)
@@ -76,7 +78,8 @@ too; its arrays are not where they were."""
 
 
 @compiled(
-    *(ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER, "i8 i8 i8 -> i8"),
+    EVERYTHING,
+    "i8 i8 i8 -> i8",
     fast_math=True,
     from_start=True,
 )

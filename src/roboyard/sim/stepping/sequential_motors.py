@@ -51,6 +51,8 @@ class SequentialMotors:
         self._surface: Any = None
         self._solver = _solver(0, 0, 0, 0, 0)
         self._is_sparse = False
+        self._bundle: Any = None
+        """All of these as one argument of compiled loops; None where one is another now."""
         self._known: tuple[Any, ...] = ()
         """Revision, time step and profile whose rules are written."""
 
@@ -146,10 +148,18 @@ class SequentialMotors:
         while True:
             if not found.is_direct:
                 found.look()
-            answer = loops.execute(
-                found.rows, found.contacts, found.search, self._mechanism, self._state,
-                self._manifolds.points, self._surface, self._solver, first, last, remade,
-            )  # fmt: skip
+                self._bundle = None
+            bundle = self._bundle
+            if (
+                bundle is None
+                or bundle.records[2] is not found.search
+                or bundle.records[5] is not self._manifolds.points
+            ):
+                bundle = self._bundle = loops.EVERYTHING.of(
+                    *(found.rows, found.contacts, found.search, self._mechanism, self._state),
+                    *(self._manifolds.points, self._surface, self._solver),
+                )
+            answer = loops.execute(bundle, first, last, remade)
             if answer == loops.DONE:
                 return answer
             if answer == loops.ROOM:
@@ -181,9 +191,11 @@ class SequentialMotors:
             keeps = {name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules")}
             self._solver = _solver(2 * rows, *lengths)._replace(**keeps)
         self._surface = self._surface._replace(base=self._surfaces.normal_references(len(self._solver.order)))
+        self._bundle = None
 
     def _look_up(self, model: Any, data: Any, timestep: float) -> None:
         world, motors = self._world, self._motors.arrays
+        self._bundle = None
         if self._mechanism is None:
             self._is_sparse = bool(mujoco.mj_isSparse(model))
             trees = self._constraints.trees(model)
