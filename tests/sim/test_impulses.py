@@ -83,11 +83,12 @@ def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, rounds: int)
         given = problem(seed)
         response, change = given["response"], np.zeros(10)
         if by_table:
-            across = np.zeros((10, BLOCK))
+            width = 10 + -10 % BLOCK
+            across = np.zeros((10, width))
             across[:, :10] = response.T
             given["response"] = across
             kernels.solve_by_table(
-                *given.values(), rounds, 0.0, np.zeros((10, BLOCK)), np.zeros((LINES, BLOCK)), change
+                *given.values(), rounds, 0.0, np.zeros((10, width)), np.zeros((LINES, width)), change
             )
         else:
             kernels.solve_in_turn(*given.values(), rounds, 0.0, np.zeros(10), np.zeros(2), change)

@@ -33,7 +33,7 @@ EQUALITY_ROWS = 6
 """Most rows of an equality."""
 DENSE = 128
 """Most rows whose influence on each other is kept as a table; so few are solved in turn wholly."""
-BLOCK = 16
+BLOCK = 8
 """Numbers of rows are rounded up to a multiple of it, so that loops over them have no rest."""
 
 
