@@ -11,6 +11,7 @@ from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import impulse_kernels as kernels
 from roboyard.sim.stepping import kernels as step_kernels
+from roboyard.sim.stepping import sequential_motors
 from roboyard.sim.stepping.impulse_records import BLOCK, LINES
 
 
@@ -163,3 +164,14 @@ def test_sliding_rows_are_those_of_points_on_the_surface() -> None:
         mujoco.mj_jac(model, data, jacobian, None, points[contact], row)
         np.testing.assert_allclose(made.jacobian[n], axis @ jacobian, atol=1e-12)
         np.testing.assert_allclose(data.efc_vel[made.order[n, 0]], axis @ jacobian @ data.qvel, atol=1e-12)
+
+
+@pytest.mark.parametrize("rows", [3, 16, 21, 300])
+def test_tables_begin_at_lines_of_the_cache(rows: int) -> None:
+    """Else an access to four numbers may need two lines, which takes a tenth of some steps."""
+    for _ in range(5):
+        solver = sequential_motors._solver(rows, nv=7, bodies=4, trees=2, places=9)
+        for table in (solver.across, solver.influence, solver.lines):
+            assert table.ctypes.data % 64 == 0 and table.shape[1] % BLOCK == 0
+            assert table.flags.c_contiguous and not table.any()
+        assert solver.across.shape[0] == 7 and len(solver.lines) == LINES

@@ -28,6 +28,8 @@ from roboyard.sim.stepping.surfaces import Surfaces
 kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
 LIMIT, MOTOR, EQUALITY = range(3)
+_LINE = 64
+"""Bytes of a line of the processor's cache."""
 
 
 class SequentialMotors:
@@ -325,12 +327,19 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, places: int) -> r.Solve
         soft=np.zeros(rows),
         own=np.zeros(rows),
         step=np.zeros(2),
-        across=np.zeros((nv, width)),
-        influence=np.zeros((dense, width)),
-        lines=np.zeros((r.LINES, width)),
+        across=_aligned(nv, width),
+        influence=_aligned(dense, width),
+        lines=_aligned(r.LINES, width),
         change=np.zeros(nv),
         wrenches=np.zeros((bodies, 6)),
     )
+
+
+def _aligned(rows: int, width: int) -> np.ndarray:
+    """Return zeros (rows, width) of which no block of eight is in two lines of the processor's cache."""
+    memory = np.zeros(rows * width + _LINE // 8)
+    start = -memory.ctypes.data % _LINE // 8
+    return memory[start : start + rows * width].reshape(rows, width)
 
 
 def solution_order(bodies: list[Body], model: Any, equality_tree: np.ndarray) -> list[tuple[int, int]]:
