@@ -282,8 +282,9 @@ class Simulation(Engine[Body]):
         """
         if not n >= 0:
             raise RoboyardError(f"the number of steps must be at least 0, got {n}")
-        if self.pool.inactive:
-            self.pool.tick(n)
+        pool = self.pool
+        if pool.is_used and pool.inactive:
+            pool.tick(n)
         if self.is_stale:
             self.ensure_compiled()
         if self.before_step:

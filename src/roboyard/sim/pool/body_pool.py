@@ -69,6 +69,8 @@ class BodyPool:
         """First pooled body that may be taken; those before it have an owner or were skipped."""
         self._slot_of: dict[int, PooledBody] = {}
         """By id of the body that uses the slot."""
+        self.is_used = False
+        """Whether there are bodies of the pool, or removed ones, in MuJoCo's arrays."""
         self._removed: list[Built] = []
         """Elements of removed bodies in the spec."""
         self._added: set[int] = set()
@@ -172,6 +174,7 @@ class BodyPool:
         size = self._compile_cost()
         count = max(fewest, fresh, min(size, MORE + size // 2, MOST))
         for number, template in enumerate(islice(cycle(templates), count)):
+            self.is_used = True
             self._slots.append(
                 add_pooled_body(spec, self._engine.assets, template, _SLOT_NAME.format(number))
             )
@@ -211,6 +214,7 @@ class BodyPool:
         meshes = [mesh for slot in going for mesh in slot.template.meshes]
         meshes += [mesh for built in self._removed for mesh in built.links[0].meshes]
         self._slots, self._next, self._slot_of, self._removed = [], 0, {}, []
+        self.is_used = False
         self._has_articulated = False
         if not elements:
             return
@@ -308,6 +312,7 @@ class BodyPool:
         if slot is None:
             self._rows.deactivate_body(built, _REMOVED_NAME.format(len(self._removed)))
             self._removed.append(built)
+            self.is_used = True
             return True
         self._rows.deactivate(slot)
         while self._next and self._slots[self._next - 1].is_free:

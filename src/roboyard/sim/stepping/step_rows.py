@@ -69,6 +69,8 @@ class StepRows:
         self._data = data
         known = layout()
         self._block = None if known is None else _Block(data, degrees, known)
+        self.is_direct = self._block is not None
+        """Whether `rows` and `contacts` are MuJoCo's block, in which loops find the arrays themselves."""
         self.contacts = _NO_CONTACTS
         self.search = _NO_SEARCH._replace(counts=np.zeros(len(_COUNTS), np.int32))
         """Where compiled loops look for contacts and rows, if `is_direct`."""
@@ -85,11 +87,6 @@ class StepRows:
         assert self._block is not None
         return self._block.words
 
-    @property
-    def is_direct(self) -> bool:
-        """Whether `rows` and `contacts` are MuJoCo's block, in which loops find the arrays themselves."""
-        return self._block is not None
-
     def counts_now(self) -> tuple[int, ...]:
         """Return `counts` of what MuJoCo has made by now, for arrays that are in its block."""
         assert self._block is not None
@@ -98,7 +95,7 @@ class StepRows:
 
     def leave_memory(self) -> None:
         """Pass the arrays of MuJoCo's module from now on, since its addresses are not as expected."""
-        self._block = None
+        self._block, self.is_direct = None, False
         self.search = _NO_SEARCH._replace(counts=np.zeros(len(_COUNTS), np.int32))
         self.look()
 
