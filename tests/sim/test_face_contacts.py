@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from roboyard.sim.mujoco_library import mujoco_library
 from roboyard.sim.stepping import face_contacts
 
 ONE_POINT = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
@@ -109,8 +110,7 @@ def test_it_declines_where_a_face_decides_nothing():
 
 
 def test_the_table_has_it_for_boxes_and_meshes_alone():
-    (file,) = face_contacts.Path(mujoco.__file__).parent.glob("libmujoco.so*")
-    library = ctypes.CDLL(str(file))
+    library = mujoco_library()
     types = int(mujoco.mjtGeom.mjGEOM_SDF) + 1
     table = (ctypes.c_void_p * (types * types)).in_dll(library, "mjCOLLISIONFUNC")
     convex = ctypes.cast(library.mjc_Convex, ctypes.c_void_p).value

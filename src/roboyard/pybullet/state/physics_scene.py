@@ -20,6 +20,7 @@ from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
 from roboyard.pybullet.state.pair_filters import PairFilters
 from roboyard.pybullet.state.textures import Textures
 from roboyard.sim.link import Link
+from roboyard.sim.mujoco_library import stop_timers
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.world import World
 
@@ -39,6 +40,7 @@ class PhysicsScene:
             parameters: settings of the client, applied before each step.
             first_texture: id of the first texture.
         """
+        stop_timers()
         self._parameters = parameters
         self._applied_revision = -1
         self.world = World(

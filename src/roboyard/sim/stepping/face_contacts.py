@@ -14,7 +14,6 @@ from __future__ import annotations
 import ctypes
 from array import array
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -22,6 +21,7 @@ import mujoco
 from roboyard.native.callbacks import called_by_c
 from roboyard.native.memory import images_can_be_loaded, offer
 from roboyard.native.views import integers_at, numbers_at, short_numbers_at, words_at
+from roboyard.sim.mujoco_library import mujoco_library
 
 OF_MODEL = ("geom_size", "geom_rbound", "geom_dataid", "mesh_vertadr", "mesh_vertnum", "mesh_vert")
 OF_DATA = ("geom_xpos", "geom_xmat")
@@ -172,14 +172,13 @@ def install() -> bool:
     """
     if not images_can_be_loaded() or not any(PLACES):
         return False
-    files = sorted(Path(mujoco.__file__).parent.glob("libmujoco.so*"))
-    if len(files) != 1:
+    library = mujoco_library()
+    if library is None:
         return False
     try:
-        library = ctypes.CDLL(str(files[0]))
         table = (ctypes.c_void_p * (_TYPES * _TYPES)).in_dll(library, "mjCOLLISIONFUNC")
         convex = ctypes.cast(library.mjc_Convex, ctypes.c_void_p).value
-    except (OSError, AttributeError, ValueError):
+    except (AttributeError, ValueError):
         return False
     place = int(mujoco.mjtGeom.mjGEOM_BOX) * _TYPES + int(mujoco.mjtGeom.mjGEOM_MESH)
     last = _TYPES * int(mujoco.mjtGeom.mjGEOM_MESH) + int(mujoco.mjtGeom.mjGEOM_MESH)
