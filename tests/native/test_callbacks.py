@@ -8,18 +8,29 @@ import numpy as np
 import pytest
 
 from roboyard.native.callbacks import called_by_c
-from roboyard.native.memory import images_can_be_loaded, offer
+from roboyard.native.memory import function_address, images_can_be_loaded
 from roboyard.native.views import integers_at, numbers_at, short_numbers_at, words_at
 
 pytestmark = pytest.mark.skipif(not images_can_be_loaded(), reason="images are for x86-64 Linux")
 
 
-@called_by_c("f8 -> f8", otherwise="fabs")
+class Library:
+    """Functions of a library, as ctypes gives them."""
+
+
+LIBRARY = Library()
+
+
+def _mathematics():
+    return ctypes.CDLL("libm.so.6")
+
+
+@called_by_c("f8 -> f8", otherwise="fabs", library=_mathematics)
 def doubled(value):
     return 2.0 * value
 
 
-@called_by_c("i8 i4 i4 -> i4", otherwise="roboyard_nothing")
+@called_by_c("i8 i4 i4 -> i4", otherwise="roboyard_nothing", library=lambda: LIBRARY)
 def summed(table, first, count):
     words = words_at(table, 4)
     total = 0.0
@@ -52,7 +63,8 @@ def test_memory_is_read_and_written_at_addresses(tmp_path, monkeypatch):
     out[0] = 0.0
     with pytest.raises(TypeError, match="roboyard_nothing"):
         summed.address()
-    offer(type("Library", (), {"roboyard_nothing": ctypes.CFUNCTYPE(ctypes.c_int)(lambda: 7)})())
+    LIBRARY.roboyard_nothing = ctypes.CFUNCTYPE(ctypes.c_int)(lambda: 7)
+    function_address.cache_clear()
     call = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int64, ctypes.c_int, ctypes.c_int)(summed.address())
     assert call(table.ctypes.data, 2, 5) == 5
     assert out[0] == pytest.approx(wanted)
@@ -62,6 +74,6 @@ def test_memory_is_read_and_written_at_addresses(tmp_path, monkeypatch):
 def test_a_callback_of_another_number_of_arguments_is_rejected():
     with pytest.raises(TypeError, match="has 2 arguments"):
 
-        @called_by_c("f8 -> f8", otherwise="fabs")
+        @called_by_c("f8 -> f8", otherwise="fabs", library=_mathematics)
         def two(a, b):
             return a + b

@@ -14,7 +14,7 @@ from roboyard.sim.stepping import face_contacts
 ONE_POINT = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
 MARGIN = 0.02
 
-pytestmark = pytest.mark.skipif(not face_contacts.install(), reason="MuJoCo's table is elsewhere")
+pytestmark = pytest.mark.skipif(not face_contacts.touch_face.address(), reason="MuJoCo's table is elsewhere")
 
 
 def _scene(rng: np.random.Generator, half: tuple[float, float, float], corners: int):
@@ -26,7 +26,10 @@ def _scene(rng: np.random.Generator, half: tuple[float, float, float], corners: 
             <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
     model = mujoco.MjModel.from_xml_string(xml)
     model.opt.disableflags |= ONE_POINT
-    return model, mujoco.MjData(model)
+    data = mujoco.MjData(model)
+    assert face_contacts.install(model, data)
+    assert face_contacts._places(model, data) == face_contacts.PLACES
+    return model, data
 
 
 def _place(rng: np.random.Generator, model: mujoco.MjModel, data: mujoco.MjData) -> None:

@@ -19,7 +19,6 @@ from typing import Any
 import mujoco
 
 from roboyard.native.callbacks import called_by_c
-from roboyard.native.memory import images_can_be_loaded, offer
 from roboyard.native.views import integers_at, numbers_at, short_numbers_at, words_at
 from roboyard.sim.mujoco_library import mujoco_library
 
@@ -39,15 +38,12 @@ MOST_CORNERS = 512
 """Of meshes with more of them, MuJoCo's walk over the hull is faster than to look at all."""
 
 
-@cache
-def _places() -> tuple[int, ...]:
-    """Return bytes from a model and its data to the addresses of their arrays, and to the flags.
+def _places(model: Any, data: Any) -> tuple[int, ...]:
+    """Return bytes from a model with a mesh and its data to the addresses of their arrays, and to the flags.
 
     Returns:
         () where the installed version of MuJoCo has them elsewhere.
     """
-    model = mujoco.MjModel.from_xml_string(_PROBE)
-    data = mujoco.MjData(model)
     if not hasattr(model, "_address") or not hasattr(data, "_address"):
         return ()
     start, after = data._address, data.energy.ctypes.data + data.energy.nbytes
@@ -81,15 +77,28 @@ def _last_places(owner: Any, address: int, names: tuple[str, ...]) -> tuple[int,
     return tuple(8 * (len(found) - 1 - found[::-1].index(a)) for a in addresses)
 
 
-PLACES = _places() or (0,) * (len(OF_MODEL) + len(OF_DATA) + 1)
-"""Bytes to `OF_MODEL`, `OF_DATA` and the flags."""
+PLACES = (0,) * (len(OF_MODEL) + len(OF_DATA) + 1)
+"""Bytes to `OF_MODEL`, `OF_DATA` and the flags, once they are looked up."""
 ONE_POINT = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
 OTHER_SEARCH = int(mujoco.mjtDisableBit.mjDSBL_NATIVECCD)
 CLEAR = 1e-6
 """Distance (m) by which one corner is nearer than all others: the error that MuJoCo's search ends with."""
 
 
-@called_by_c("i8 i8 i8 i4 i4 f8 -> i4", otherwise="mjc_Convex")
+def _library() -> Any:
+    """Return MuJoCo's library where its structures are as expected, else None."""
+    if not any(PLACES):
+        model = mujoco.MjModel.from_xml_string(_PROBE)
+        _look_up(model, mujoco.MjData(model))
+    return mujoco_library() if any(PLACES) else None
+
+
+def _look_up(model: Any, data: Any) -> None:
+    global PLACES
+    PLACES = _places(model, data) or PLACES
+
+
+@called_by_c("i8 i8 i8 i4 i4 f8 -> i4", otherwise="mjc_Convex", library=_library)
 def touch_face(model, data, contact, box, mesh, margin):  # pragma: no cover
     """Write the contact of a box with a convex mesh; return the number of contacts, -1 where it declines.
 
@@ -164,15 +173,23 @@ def touch_face(model, data, contact, box, mesh, margin):  # pragma: no cover
     return 1
 
 
-@cache
-def install() -> bool:
+def install(model: Any, data: Any) -> bool:
     """Put `touch_face` into MuJoCo's table, where that is as expected; return whether it is there.
 
     MuJoCo's functions for other shapes stay, and worlds of others in this process get the same contacts.
+
+    Args:
+        model: MjModel with a mesh, to look at; the first call counts.
+        data: its MjData.
     """
-    if not images_can_be_loaded() or not any(PLACES):
-        return False
-    library = mujoco_library()
+    if not any(PLACES):
+        _look_up(model, data)
+    return _install()
+
+
+@cache
+def _install() -> bool:
+    library = _library()
     if library is None:
         return False
     try:
@@ -184,7 +201,6 @@ def install() -> bool:
     last = _TYPES * int(mujoco.mjtGeom.mjGEOM_MESH) + int(mujoco.mjtGeom.mjGEOM_MESH)
     if not convex or table[place] != convex or table[last] != convex:
         return False
-    offer(library)
     address = touch_face.address()
     if address:
         table[place] = address

@@ -198,7 +198,7 @@ class Manifolds:
         if keeps:
             model.opt.disableflags |= _MULTIPLE
             if model.nmesh:
-                face_contacts().install()
+                face_contacts().install(model, data)
         else:
             model.opt.disableflags &= ~_MULTIPLE
         self._bound = _Bound(
