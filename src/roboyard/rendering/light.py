@@ -34,7 +34,7 @@ class Light:
     leak: float = 0.0
     """Fraction of the sunlight that reaches shadowed surfaces; used by the software renderer only."""
     gloss: float = 0.0
-    """Intensity of the sun mirrored upwards, whoever looks; used by the software renderer only."""
+    """Intensity of the sun mirrored upwards, seen from anywhere; used by the software renderer only."""
     rounds_down: bool = False
     """Whether levels of opaque colours are rounded down; used by the software renderer only."""
 

@@ -25,7 +25,7 @@ from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.world import World
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.margin_shapes import MarginShapes
+    from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
     from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.sim.body import Body
 
@@ -275,10 +275,16 @@ class PhysicsScene:
     def margin_shapes(self) -> MarginShapes:
         """The shapes whose margins rays may start in."""
         if self._margin_shapes is None:
-            from roboyard.pybullet.state.margin_shapes import MarginShapes
+            from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
 
-            self._margin_shapes = MarginShapes(self)
+            self._margin_shapes = MarginShapes(self.world, self.geom_margins, self.shown_geoms)
         return self._margin_shapes
+
+    def shown_geoms(self, geoms: Any, mask: int) -> Any:
+        """Return those of some MuJoCo geoms (k,) whose groups share a bit with a mask."""
+        if not len(geoms) or self.filters.shows_all(mask):
+            return geoms
+        return geoms[[self.filters.shows(*self.place_of(geom)[:2], mask) for geom in geoms.tolist()]]
 
     def contact_reaches(self) -> Any:
         """Return the (ngeom,) gaps (m) up to which Bullet keeps the points of contacts."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import isfinite
 from struct import Struct
 from typing import TYPE_CHECKING
@@ -12,18 +13,29 @@ from roboyard.pybullet.bullet_rules.ray_kernels import BOX, CAPSULE, CYLINDER, S
 from roboyard.sim.build.geoms import VISUAL_GROUP
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.physics_scene import PhysicsScene
+    from roboyard.sim.world import World
     from roboyard.transforms import Array
 
 _PACK = Struct("3d").pack_into
 
 
 class MarginShapes:
-    """Spheres, capsules, boxes and cylinders of a scene, whose margins reach inwards."""
+    """Spheres, capsules, boxes and cylinders of a world, whose margins reach inwards."""
 
-    def __init__(self, scene: PhysicsScene) -> None:
-        """Look them up when they are first needed."""
-        self._scene = scene
+    def __init__(
+        self,
+        world: World,
+        margins: Callable[[], np.ndarray],
+        shown: Callable[[np.ndarray, int], np.ndarray],
+    ) -> None:
+        """Look them up when they are first needed.
+
+        Args:
+            world: the world.
+            margins: returns (ngeom,) by which Bullet's shapes are larger than MuJoCo's (m).
+            shown: returns those of some MuJoCo geoms that a mask shows.
+        """
+        self._world, self._margins, self._shown = world, margins, shown
         self._revision = -1
         self._rows = np.zeros(0, dtype=np.int32)
         self._start, self._way = np.zeros((1, 3)), np.zeros((1, 3))
@@ -59,14 +71,11 @@ class MarginShapes:
         return self._found.item(), tuple(self._normal[0].tolist())
 
     def _find(self, starts: Array, ways: Array, mask: int, found: np.ndarray, normals: Array) -> int:
-        scene, world = self._scene, self._scene.world
+        world = self._world
         data = world.kinematics()
         if self._revision != world.revision:
             self._look_up()
-        rows = self._rows
-        if len(rows) and not scene.filters.shows_all(mask):
-            shown = [scene.filters.shows(*scene.place_of(row)[:2], mask) for row in rows.tolist()]
-            rows = rows[shown]
+        rows = self._shown(self._rows, mask)
         if not len(rows):
             return 0
         return start_within(
@@ -74,11 +83,10 @@ class MarginShapes:
         )
 
     def _look_up(self) -> None:
-        world = self._scene.world
+        world = self._world
         model = world.live_model
         has_core = np.isin(model.geom_type, (SPHERE, CAPSULE, BOX, CYLINDER))
         there = has_core & (model.geom_group != VISUAL_GROUP) & (world.geom_owners[:, 0] >= 0)
         self._rows = np.flatnonzero(there).astype(np.int32)
-        margins = self._scene.geom_margins()
-        self._sizes = model.geom_type, model.geom_size, model.geom_rbound, margins
+        self._sizes = model.geom_type, model.geom_size, model.geom_rbound, self._margins()
         self._revision = world.revision
