@@ -8,8 +8,6 @@ import threading
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.rendering.kernels import raster
-
 _local = threading.local()
 MOST = 48
 """Most arrays cached in a thread; one more clears the cache."""
@@ -28,6 +26,8 @@ def buffer(name: str, shape: tuple[int, ...], dtype: type[np.generic]) -> NDArra
 
 def scratch(vertices: int) -> tuple[NDArray, ...]:
     """Return the calling thread's (vertices,) and other scratch arrays for `raster.draw_meshes`."""
+    from roboyard.rendering.kernels import raster  # which loads numba
+
     most = max(vertices, 1)
     return (
         buffer("cell", (most,), np.int32),
