@@ -21,8 +21,6 @@ FUZZ ?= 30
 ARGS ?=
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
-# One worker more than processors: the one with the browser's tests mostly waits.
-PYTEST := $(BIN)/python -m pytest -n $$(($$(getconf _NPROCESSORS_ONLN) + 1)) --dist loadgroup
 
 # The checker must not look for its own updates.
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
@@ -38,11 +36,11 @@ demo: $(VENV)/.installed
 
 test: $(VENV)/.installed-test
 	$(BIN)/python tools/compile_loops.py
-	$(PYTEST) -m "not slow" $(ARGS)
+	$(BIN)/python -m pytest -n auto -m "not slow" $(ARGS)
 
 test-all: $(VENV)/.installed-all
 	$(BIN)/python tools/compile_loops.py
-	$(PYTEST) $(ARGS)
+	$(BIN)/python -m pytest -n auto $(ARGS)
 
 attack: $(VENV)/.installed-test
 	$(BIN)/python tools/compile_loops.py
