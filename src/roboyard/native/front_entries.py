@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from roboyard.native.entry_parts import HAS_LENGTH, ITEM
 from roboyard.native.python_functions import PYTHON
 from roboyard.native.signatures import FrontSignature
 
@@ -17,24 +18,6 @@ def number(given):
         PyErr_Clear()
         return np.nan
     return value
-
-def item(given, place):
-    found = PySequence_GetItem(given, place)
-    if found == 0:
-        PyErr_Clear()
-        return np.nan
-    value = PyFloat_AsDouble(found)
-    if value == -1.0 and PyErr_Occurred() != 0:
-        PyErr_Clear()
-        value = np.nan
-    Py_DecRef(found)
-    return value
-
-def has_length(given, length):
-    found = PySequence_Size(given)
-    if found < 0:
-        PyErr_Clear()
-    return found == length
 
 def is_ignored(keywords, name):
     if PyTuple_Size(keywords) != 1:
@@ -52,7 +35,7 @@ def is_ignored(keywords, name):
 def helpers() -> dict[str, Any]:
     """Return name to compiled function of what an entry calls."""
     values: dict[str, Any] = {"np": np, **PYTHON}
-    exec(compile(_HELPERS, "<front>", "exec"), values)  # noqa: S102 - our own source
+    exec(compile(_HELPERS + ITEM + HAS_LENGTH, "<front>", "exec"), values)  # noqa: S102 - our own source
     options: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
     names = ("number", "item", "has_length", "is_ignored")
     return {name: njit(**options)(values[name]) for name in names}

@@ -11,10 +11,11 @@ is called that may change these.
 
 from __future__ import annotations
 
+from roboyard.native.entry_parts import FOUND, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 
-SOURCE = """
+SOURCE = f"""
 KIND, SIZE, ITEMS, CONTENT = 1, 2, 3, 2  # of any object, tuples and cells, in words
 CLIENTS, COMMAND, FAILURE, CLIENT, ZERO, NAMES, DEFAULTS, KNOWN, FILLED, CHANGED = range(3, 13)
 
@@ -24,14 +25,7 @@ def place_of(value, values):
         if word(values, ITEMS + place) == value:
             return place
     return -1
-
-@part
-def found(table, key):
-    value = PyDict_GetItemWithError(table, key)
-    if value == 0 and PyErr_Occurred() != 0:
-        PyErr_Clear()
-    return value
-
+{parts(FOUND)}
 @part
 def forget(filled):
     if PyDict_Size(filled) > 0:

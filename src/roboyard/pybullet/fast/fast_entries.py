@@ -7,41 +7,15 @@ is irregular (a keyword, another length, text, a number that is not finite) goes
 
 from __future__ import annotations
 
+from roboyard.native.entry_parts import FOUND, HAS_LENGTH, ITEM, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.bullet_rules.motor_kernels import write_motor
 from roboyard.pybullet.state.state_kernels import link_box_of, push_link_of
 
-_PARTS = """
+_PARTS = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
-
-@part
-def found(table, key):
-    value = PyDict_GetItemWithError(table, key)
-    if value == 0 and PyErr_Occurred() != 0:
-        PyErr_Clear()
-    return value
-
-@part
-def item(given, place):
-    found = PySequence_GetItem(given, place)
-    if found == 0:
-        PyErr_Clear()
-        return np.nan
-    value = PyFloat_AsDouble(found)
-    if value == -1.0 and PyErr_Occurred() != 0:
-        PyErr_Clear()
-        value = np.nan
-    Py_DecRef(found)
-    return value
-
-@part
-def has_length(given, length):
-    found = PySequence_Size(given)
-    if found < 0:
-        PyErr_Clear()
-    return found == length
-
+{parts(FOUND, ITEM, HAS_LENGTH)}
 @part
 def attribute(owner, name):
     value = PyObject_GetAttr(owner, name)

@@ -1,0 +1,39 @@
+"""Source of what several entries in machine code do with objects of Python; see `EntrySignature`."""
+
+from __future__ import annotations
+
+ITEM = """
+def item(given, place):
+    found = PySequence_GetItem(given, place)
+    if found == 0:
+        PyErr_Clear()
+        return np.nan
+    value = PyFloat_AsDouble(found)
+    if value == -1.0 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+        value = np.nan
+    Py_DecRef(found)
+    return value
+"""
+"""A number in a sequence, NaN where there is none."""
+HAS_LENGTH = """
+def has_length(given, length):
+    found = PySequence_Size(given)
+    if found < 0:
+        PyErr_Clear()
+    return found == length
+"""
+"""Whether an object is a sequence of so many."""
+FOUND = """
+def found(table, key):
+    value = PyDict_GetItemWithError(table, key)
+    if value == 0 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+    return value
+"""
+"""The value of a key in a dictionary, which keeps it; 0 without."""
+
+
+def parts(*sources: str) -> str:
+    """Return functions as parts of an entry."""
+    return "".join(f"\n@part{source}" for source in sources)
