@@ -37,20 +37,7 @@ def applyExternalForce(
         forceObj = vector3(forceObj, "force needs a 3 coordinates [x,y,z].")
         posObj = vector3(posObj, "position needs a 3 coordinates [x,y,z].")
     numbers = (*forceObj, 0.0, 0.0, 0.0, *posObj)
-    scene = client.scene
-    record = scene.bodies.get(objectUniqueId)
-    if (
-        record is not None
-        and record.link_pusher is not None
-        and record.revision == scene.world.revision
-        and not scene.world.is_stale
-        and type(linkIndex) is int
-        and -1 <= linkIndex < record.joint_count
-        and (flags is c.LINK_FRAME or flags is c.WORLD_FRAME)
-        and record.link_pusher(linkIndex, flags is c.LINK_FRAME, numbers)
-    ):
-        return
-    _push(scene, objectUniqueId, linkIndex, flags, 0, numbers)
+    _push(client.scene, objectUniqueId, linkIndex, flags, 0, numbers)
 
 
 @command()
@@ -65,20 +52,7 @@ def applyExternalTorque(
     if not (type(torqueObj) in _PLAIN and len(torqueObj) == 3):
         torqueObj = vector3(torqueObj, "torque needs a 3 coordinates [x,y,z].")
     numbers = (0.0, 0.0, 0.0, *torqueObj, 0.0, 0.0, 0.0)
-    scene = client.scene
-    record = scene.bodies.get(objectUniqueId)
-    if (
-        record is not None
-        and record.link_pusher is not None
-        and record.revision == scene.world.revision
-        and not scene.world.is_stale
-        and type(linkIndex) is int
-        and -1 <= linkIndex < record.joint_count
-        and (flags is c.LINK_FRAME or flags is c.WORLD_FRAME)
-        and record.link_pusher(linkIndex, 3 if flags is c.LINK_FRAME else 2, numbers)
-    ):
-        return
-    _push(scene, objectUniqueId, linkIndex, flags, 2, numbers)
+    _push(client.scene, objectUniqueId, linkIndex, flags, 2, numbers)
 
 
 def _push(
