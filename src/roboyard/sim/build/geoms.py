@@ -57,21 +57,6 @@ def add_collision(
     """Add one collision shape to a link's body; a shape without size is skipped with a note."""
     static = options.fixed_base and record.parent == -1
     is_concave = static and collision.concave and isinstance(collision.geometry, Mesh)
-    arguments = None
-    if not is_concave:
-        arguments = geom_arguments(
-            record,
-            spec,
-            assets,
-            collision.geometry,
-            collision.origin,
-            options.scale,
-            static=static,
-            hull=True,
-        )
-    if arguments is None and not (is_concave and _has_faces(collision.geometry, options.scale)):
-        notes.append(f'link "{record.name}": collision shape has no size or no mesh; skipped')
-        return
     contact = record.link.contact if record.link is not None else None
     fields = {
         "contype": options.contype,
@@ -81,29 +66,40 @@ def add_collision(
         "solref": CONTACT_SOLREF,
         "solimp": CONTACT_SOLIMP,
     }
-    if arguments is None:
-        _add_triangles(record, assets, collision, options.scale, fields)
-        record.hidden.append((collision, options.scale))
-        return
-    record.geoms.append(record.element.add_geom(group=COLLISION_GROUP, mass=0.0, **fields, **arguments))
+    if is_concave:
+        is_there = _add_triangles(record, assets, collision, options.scale, fields)
+    else:
+        arguments = geom_arguments(
+            record, spec, assets, collision.geometry, collision.origin, options.scale,
+            static=static, hull=True,
+        )  # fmt: skip
+        is_there = arguments is not None
+        if arguments is not None:
+            geom = record.element.add_geom(group=COLLISION_GROUP, mass=0.0, **fields, **arguments)
+            record.geoms.append(geom)
+    if not is_there:
+        notes.append(f'link "{record.name}": collision shape has no size or no mesh; skipped')
 
 
 def _add_triangles(
     record: BuiltLink, assets: MeshAssets, collision: Collision, scale: float, fields: dict[str, Any]
-) -> None:
-    """Add a window on the triangles of a concave mesh; rays do not hit its slots."""
+) -> bool:
+    """Add a window on the triangles of a concave mesh, if it has any; rays do not hit its slots."""
     assert isinstance(collision.geometry, Mesh)
     mesh = load_scaled(collision.geometry, scale)
-    assert mesh is not None
+    if mesh is None or not len(mesh.faces):
+        return False
+    record.hidden.append((collision, scale))
     x, y, z = (scale * v for v in collision.origin.position)
     origin = replace(collision.origin, position=(x, y, z))
     window = window_of(mesh, origin, is_file=collision.geometry.path is not None)
     if not len(window.tree):
-        return
+        return True
     record.windows.append(window)
     fields = {**fields, "group": COLLISION_GROUP, "rgba": (0.0, 0.0, 0.0, 0.0)}
     count = min(len(window.tree), FEWEST)
     add_slots(window, record.element, record.geoms, record.meshes, assets, count, **fields)
+    return True
 
 
 def add_triangles_for_rays(record: BuiltLink, spec: mujoco.MjSpec, assets: MeshAssets) -> None:
@@ -118,11 +114,6 @@ def add_triangles_for_rays(record: BuiltLink, spec: mujoco.MjSpec, assets: MeshA
                 group=COLLISION_GROUP, contype=0, conaffinity=0, mass=0.0, rgba=UNPAINTED, **arguments
             )
     record.hidden.clear()
-
-
-def _has_faces(geometry: Geometry, scale: float) -> bool:
-    mesh = load_scaled(geometry, scale) if isinstance(geometry, Mesh) else None
-    return mesh is not None and len(mesh.faces) > 0
 
 
 def add_visual(
