@@ -12,6 +12,7 @@ from roboyard import cli
 from roboyard.audit import audit_urdf
 from roboyard.description import load_description, write_urdf
 from roboyard.description.evidence.read import read_evidence
+from roboyard.description.files.resolver import Resolver
 from roboyard.description.model import Capsule, Contact, RobotDescription
 from roboyard.errors import DescriptionError
 from roboyard.kinematics.description_poses import forward_kinematics
@@ -495,6 +496,23 @@ def test_many_includes_of_one_file_are_refused(tmp_path: Path) -> None:
         (folder / "model.sdf").write_text(model(link("a"), inner if k < 7 else ""))
     with pytest.raises(DescriptionError, match="beyond any robot"):
         load_description(tmp_path / "m0" / "model.sdf")
+
+
+def test_a_model_is_looked_for_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "leaf"
+    folder.mkdir()
+    (folder / "model.sdf").write_text(model(link("a")))
+    inner = "".join(
+        f'<include><name>n{i}</name><uri>model://leaf</uri></include><joint name="j{i}" type="fixed">'
+        f"<parent>base</parent><child>n{i}::a</child></joint>"
+        for i in range(50)
+    )
+    (tmp_path / "robot.sdf").write_text(model(link("base"), inner))
+    asked: list[str] = []
+    resolve = Resolver.resolve
+    monkeypatch.setattr(Resolver, "resolve", lambda self, uri: asked.append(uri) or resolve(self, uri))
+    assert len(load_description(tmp_path / "robot.sdf").links) == 51
+    assert sorted(asked) == ["model://leaf/model.config", "model://leaf/model.sdf"]
 
 
 def test_a_loop_of_links_is_kept(tmp_path: Path) -> None:

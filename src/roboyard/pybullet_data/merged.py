@@ -14,6 +14,7 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 
 from roboyard._bytecode import user_cache
+from roboyard._digests import blake2b
 
 PACKAGE = "pybullet_data"
 DISTRIBUTION = "pybullet"
@@ -61,10 +62,8 @@ def merged_folder(ours: Path, theirs: Path) -> Path:
         ours: folder of the bundled files.
         theirs: folder of an installed `pybullet_data`.
     """
-    from hashlib import sha256
-
     stamp = "\0".join(f"{folder}\0{folder.stat().st_mtime_ns}" for folder in (ours, theirs))
-    name = f"pybullet_data-{sha256(stamp.encode()).hexdigest()[:16]}"
+    name = f"pybullet_data-{blake2b(stamp.encode(), digest_size=8).hexdigest()}"
     for parent in _cache_folders():
         target = parent / name
         if target.is_dir():

@@ -67,6 +67,8 @@ class ModelReader:
     _models: int = 0
     _elements: int = 0
     _open: list[Path] = field(default_factory=list)
+    _files: dict[str, Path | None] = field(default_factory=dict)
+    """Name to the file found."""
 
     def models_of(self, root: ET.Element, file: Path | None) -> list[SdfModel]:
         """Return the models of an `<sdf>` element and of its worlds, in file order.
@@ -174,6 +176,11 @@ class ModelReader:
 
     def _file(self, name: str) -> Path | None:
         """Return the file with a name; None where only a file of another folder is like it."""
+        if name not in self._files:
+            self._files[name] = self._looked_up(name)
+        return self._files[name]
+
+    def _looked_up(self, name: str) -> Path | None:
         found = self.resolver.resolve(name).path
         scheme, _, rest = name.rpartition("://")
         parts = [part for part in rest.split("/") if part not in ("", ".", "..")]
