@@ -338,11 +338,17 @@ class Resolver:
             return True
         real = found.resolve()
         try:
-            if any(real.is_relative_to(self._real(f)) for f in (*self._workspaces, root, *self._trusted)):
+            if any(real.is_relative_to(self._real(folder)) for folder in self._readable(root)):
                 return True
         except (OSError, RuntimeError, ValueError):  # links in a ring, a name that no file can have
             pass
         return any(_is_in_mesh_folder(real, self._real(folder)) for folder in self._above[1:3])
+
+    def _readable(self, root: Path) -> Iterator[Path]:
+        """Yield `root` and all folders whose files may be read; those that are searched for come last."""
+        yield root
+        yield from self._trusted
+        yield from self._workspaces
 
     def _is_own_package(self, folder: Path, root: Path) -> bool:
         """True unless `folder` is a link out of `root` to something that is no package."""
