@@ -20,51 +20,76 @@ def _rotation(rng: np.random.Generator, angle: float) -> np.ndarray:
     return left @ right
 
 
-def _twin(kept: dict, contacts: list, frames: dict) -> tuple[dict, list]:
-    """Update {pair: [(place on one, place on two, normal)]}; return it and extra (contact, gap, middle)."""
-    new, extra = {}, []
-    for i, (pair, position, normal, dist) in enumerate(contacts):
+class _Point:
+    """A kept point: places on both bodies, normal, whether it was held, and the contact that has it now."""
+
+    def __init__(self, one: np.ndarray, two: np.ndarray, normal: np.ndarray, contact: int) -> None:
+        self.one, self.two, self.normal, self.contact, self.held = one, two, normal, contact, False
+
+
+def _state(point: _Point, frames: dict, pair: tuple[int, int]) -> tuple[float, float, np.ndarray]:
+    (p1, r1), (p2, r2) = frames[pair[0]], frames[pair[1]]
+    a, b = p1 + r1 @ point.one, p2 + r2 @ point.two
+    gap = (b - a) @ point.normal
+    return gap, float(np.linalg.norm(b - a - gap * point.normal)), (a + b) / 2
+
+
+def _least_useful(points: list[_Point], fresh: _Point, dist: float, gaps: list[float]) -> int:
+    """Return the point that a fifth one replaces; -1 where the others have contacts of this step."""
+    deepest = int(np.argmin(gaps)) if min(gaps) < dist else -1
+    areas = []
+    for m in range(4):
+        a, b, c = (points[k].one for k in range(4) if k != m)
+        free = m != deepest and points[m].contact < 0
+        areas.append(np.linalg.norm(np.cross(fresh.one - a, c - b)) if free else -1.0)
+    return int(np.argmax(areas)) if max(areas) >= 0.0 else -1
+
+
+def _twin(kept: dict, contacts: list, frames: dict, anchored: set[int]) -> tuple[dict, list, dict]:
+    """Update {pair: points}; return it, extra (contact, gap, middle) and {contact: gap, middle} held."""
+    new, extra, held = {}, [], {}
+    for pair in dict.fromkeys(contact[0] for contact in contacts):
         (p1, r1), (p2, r2) = frames[pair[0]], frames[pair[1]]
-        points = list(kept.get(pair, []))
-
-        def state(point, p1=p1, r1=r1, p2=p2, r2=r2):
-            a, b = p1 + r1 @ point[0], p2 + r2 @ point[1]
-            gap = (b - a) @ point[2]
-            return gap, np.linalg.norm(b - a - gap * point[2]), (a + b) / 2
-
-        fresh = None
-        if dist <= REACH:
-            fresh = (
-                r1.T @ (position - dist / 2 * normal - p1),
-                r2.T @ (position + dist / 2 * normal - p2),
-                normal,
-            )
-            far = [np.linalg.norm(point[0] - fresh[0]) for point in points]
-            if far and min(far) < REACH:
-                points[int(np.argmin(far))] = fresh
+        points: list[_Point] = list(kept.get(pair, []))
+        for point in points:
+            point.contact = -1
+        mine = [i for i, contact in enumerate(contacts) if contact[0] == pair]
+        for i in mine:
+            _, position, normal, dist = contacts[i]
+            if dist > REACH:
+                continue
+            one = r1.T @ (position - dist / 2 * normal - p1)
+            fresh = _Point(one, r2.T @ (position + dist / 2 * normal - p2), normal, i)
+            free = [k for k, point in enumerate(points) if point.contact < 0]
+            far = {k: np.linalg.norm(points[k].one - one) for k in free}
+            nearest = min(far, key=lambda k: far[k]) if far else -1
+            if nearest >= 0 and far[nearest] < REACH:
+                gap, slid, middle = _state(points[nearest], frames, pair)
+                if points[nearest].held and anchored & set(pair) and gap <= REACH and slid <= REACH:
+                    held[i] = gap, middle
+                    points[nearest].contact = i
+                else:
+                    points[nearest] = fresh
             elif len(points) < 4:
                 points.append(fresh)
             else:
-                gaps = [state(point)[0] for point in points]
-                deepest = int(np.argmin(gaps)) if min(gaps) < dist else -1
-                areas = []
-                for m in range(4):
-                    a, b, c = (points[k][0] for k in range(4) if k != m)
-                    areas.append(-1.0 if m == deepest else np.linalg.norm(np.cross(fresh[0] - a, c - b)))
-                points[int(np.argmax(areas))] = fresh
+                place = _least_useful(points, fresh, dist, [_state(p, frames, pair)[0] for p in points])
+                if place >= 0:
+                    points[place] = fresh
         k = 0
         while k < len(points):
-            gap, slid, middle = state(points[k])
-            if points[k] is not fresh and (gap > REACH or slid > REACH):
+            gap, slid, middle = _state(points[k], frames, pair)
+            if points[k].contact < 0 and (gap > REACH or slid > REACH):
                 points[k] = points[-1]  # the last one takes its place
                 points.pop()
                 continue
-            if points[k] is not fresh:
-                extra.append((i, gap, middle))
+            if points[k].contact < 0:
+                extra.append((mine[0], gap, middle))
+            points[k].held = False
             k += 1
         if points:
             new[pair] = points
-    return new, extra
+    return new, extra, held
 
 
 def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
@@ -76,19 +101,21 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
     margins, reaches = np.zeros(4), np.full(4, REACH)
     places = rng.normal(size=(4, 3)) * 0.02
     turns = [np.eye(3)] * 4
-    tables = [(np.zeros(8, np.int64), np.zeros(8, np.int32), np.zeros((8, 4, 16))) for _ in range(2)]
-    source, extra = np.zeros(32, np.int32), np.zeros((32, 13))
-    fresh, ends, slots = np.zeros(15), np.zeros(4, np.int64), np.zeros(40, np.int32)
-    anchors = np.zeros(4, np.uint8)
+    tables = [(np.zeros(24, np.int64), np.zeros(24, np.int32), np.zeros((24, 4, 16))) for _ in range(2)]
+    source, extra = np.zeros(96, np.int32), np.zeros((96, 13))
+    fresh, ends, slots = np.zeros(15), np.zeros(4, np.int64), np.zeros(120, np.int32)
+    anchors = np.array([0, 1, 0, 0], np.uint8)
     kept: dict = {}
-    before, most = 0, 0
+    before, most, all_held = 0, 0, 0
     for _ in range(200):
         places = places + rng.normal(size=(4, 3)) * 5e-4
         turns = [turn @ _rotation(rng, 0.01) for turn in turns]
-        pairs = [pair for pair in combinations(range(4), 2) if rng.random() < 0.9]
+        pairs = [pair for pair in combinations(range(4), 2) for _ in range(rng.integers(0, 4))]
+        if not pairs:
+            continue
         normal = np.array([0.0, 0.0, 1.0])
         contacts = [
-            (pair, rng.normal(size=3) * np.array([0.05, 0.05, 1e-3]), normal, rng.normal() * 0.004)
+            (pair, rng.normal(size=3) * np.array([0.02, 0.02, 1e-3]), normal, rng.normal() * 0.004)
             for pair in pairs
         ]
         frame = np.tile(np.concatenate([normal, [1.0, 0, 0, 0, 1, 0]]), (len(pairs), 1))
@@ -105,13 +132,27 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
         tables.reverse()
         before = int(ends[0])
         frames = dict(enumerate(zip(places, turns, strict=True)))
-        kept, expected = _twin(
-            kept, [c if 3 not in c[0] else (c[0], c[1], c[2], 9.0) for c in contacts], frames
-        )
-        assert sorted(source[: int(found)].tolist()) == [i for i, _, _ in expected]
+        counted = [c if 3 not in c[0] or 1 in c[0] else (c[0], c[1], c[2], 9.0) for c in contacts]
+        kept, expected, held = _twin(kept, counted, frames, {1})
+        assert ends[3] == len(held)
+        for i, (gap, middle) in held.items():
+            np.testing.assert_allclose([given.dist[i], *given.position[i]], [gap, *middle], atol=1e-12)
+        assert sorted(source[: int(found)].tolist()) == sorted(i for i, _, _ in expected)
         rows = np.column_stack([source[: int(found)], extra[: int(found), 12], extra[: int(found), :3]])
         wanted = np.array([[i, gap, *middle] for i, gap, middle in expected]).reshape(-1, 5)
         order, sought = np.lexsort(rows.T[::-1]), np.lexsort(wanted.T[::-1])
         np.testing.assert_allclose(rows[order], wanted[sought], atol=1e-12)
+        keys, counts, table = tables[0]
+        for row in range(before):
+            points = kept[divmod(int(keys[row]), 4)]
+            assert counts[row] == len(points)
+            for m, point in enumerate(points):
+                if point.contact >= 0:
+                    assert slots[point.contact] == 4 * row + m
+                np.testing.assert_allclose(table[row, m, :3], point.one, atol=1e-12)
+                point.held = bool(rng.random() < 0.5)
+                table[row, m, 15] = point.held
         most = max(most, *(len(points) for points in kept.values()), 0)
+        all_held += len(held)
     assert most == 4
+    assert all_held > 20

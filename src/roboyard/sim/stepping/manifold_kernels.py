@@ -17,6 +17,8 @@ UNMOVED = 1e-14
 """Square of the shift (m) below which a contact stays."""
 AWAY = 1.0
 """Distance (m) of contacts that do not count."""
+TAKEN = 2.0
+"""Mark of a point that a contact of this step has."""
 
 
 @compiled(
@@ -30,10 +32,10 @@ def keep_points(  # pragma: no cover
 ):  # fmt: skip
     """Add this step's contacts to the points of their pairs; return the number of points besides them.
 
-    A pair keeps up to four points. A contact replaces the point within the pair's reach of it, or is added;
-    points end where the surfaces have parted, or slid along each other, by more than the reach. Where a
-    surface has anchors, a point that did not slide in the step before is not replaced: the contact is moved
-    to it.
+    A pair, whose contacts come one after another, keeps up to four points. A contact replaces the point
+    within the pair's reach of it, or is added; points end where the surfaces have parted, or slid along each
+    other, by more than the reach. Where a surface has anchors, a point that did not slide in the step before
+    is not replaced: the contact is moved to it.
 
     contacts: MuJoCo's, of which the first contact_count are this step's. kept_kinds: (8, 8) 1 for the pairs
     of geom types that keep points. xpos: (nbody, 3), xmat: (nbody, 9). margins, reaches: (ngeom,) as of
@@ -51,16 +53,19 @@ def keep_points(  # pragma: no cover
     at = 0
     geoms = geom_type.shape[0]
     held = 0
-    for i in range(contact_count):
+    i = 0
+    while i < contact_count:
         a, b = geom[i, 0], geom[i, 1]
-        slots[i] = -1
+        first = i
+        while i < contact_count and geom[i, 0] == a and geom[i, 1] == b:
+            slots[i] = -1
+            i += 1
         if a < 0 or b < 0:
             continue
         is_anchored = anchors[a] == 1 or anchors[b] == 1
-        if kept_kinds[geom_type[a], geom_type[b]] == 0:
-            is_round = geom_type[a] == SPHERE or geom_type[b] == SPHERE
-            if not is_anchored or not is_round or geom_type[a] == FIELD or geom_type[b] == FIELD:
-                continue
+        keeps = is_anchored and geom_type[a] != FIELD and geom_type[b] != FIELD
+        if not keeps and kept_kinds[geom_type[a], geom_type[b]] == 0:
+            continue
         key = a * geoms + b
         one, two = geom_body[a], geom_body[b]
         reach = min(min(reaches[a], reaches[b]), seen)
@@ -74,49 +79,55 @@ def keep_points(  # pragma: no cover
                     copy_point(points, row, m, new_points, pairs, m)
                 at = row + 1 if row + 1 < before else 0
                 break
-        place = -1
-        if dist[i] - thickness <= reach:
+        for j in range(first, i):
+            if dist[j] - thickness > reach:
+                continue
             for k in range(3):
                 fresh[k] = fresh[3 + k] = 0.0
                 for d in range(3):
-                    half = 0.5 * dist[i] * frame[i, d]
-                    fresh[k] += xmat[one, 3 * d + k] * (position[i, d] - half - xpos[one, d])
-                    fresh[3 + k] += xmat[two, 3 * d + k] * (position[i, d] + half - xpos[two, d])
+                    half = 0.5 * dist[j] * frame[j, d]
+                    fresh[k] += xmat[one, 3 * d + k] * (position[j, d] - half - xpos[one, d])
+                    fresh[3 + k] += xmat[two, 3 * d + k] * (position[j, d] + half - xpos[two, d])
             for k in range(9):
-                fresh[6 + k] = frame[i, k]
+                fresh[6 + k] = frame[j, k]
             place = place_of(new_points, pairs, n, fresh, reach)
             if place < 0:
                 if n < MOST:
                     place = n
                     n += 1
                 else:
-                    place = least_useful(new_points, pairs, fresh, dist[i], xpos, xmat, one, two)
+                    place = least_useful(new_points, pairs, fresh, dist[j], xpos, xmat, one, two)
+                    if place < 0:
+                        continue
             elif is_anchored and new_points[pairs, place, 15] > 0.0:
                 gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two)
                 if gap - thickness <= reach and slid <= reach * reach:
                     for k in range(3):
                         fresh[k], fresh[3 + k] = new_points[pairs, place, k], new_points[pairs, place, 3 + k]
                     for k in range(9):
-                        fresh[6 + k] = frame[i, k] = new_points[pairs, place, 6 + k]
-                    position[i, 0], position[i, 1], position[i, 2] = x, y, z
-                    dist[i] = gap
+                        fresh[6 + k] = frame[j, k] = new_points[pairs, place, 6 + k]
+                    position[j, 0], position[j, 1], position[j, 2] = x, y, z
+                    dist[j] = gap
                     held += 1
             for k in range(15):
                 new_points[pairs, place, k] = fresh[k]
-            new_points[pairs, place, 15] = 0.0
+            new_points[pairs, place, 15] = TAKEN
+            slots[j] = place
         m = 0
         while m < n:
-            if m == place:
+            if new_points[pairs, m, 15] == TAKEN:
+                new_points[pairs, m, 15] = 0.0
                 m += 1
                 continue
             gap, slid, x, y, z = located(new_points, pairs, m, xpos, xmat, one, two)
             if gap - thickness > reach or slid > reach * reach:
                 n -= 1
                 copy_point(new_points, pairs, n, new_points, pairs, m)
-                if place == n:
-                    place = m
+                for j in range(first, i):
+                    if slots[j] == n:
+                        slots[j] = m
                 continue
-            source[found] = i
+            source[found] = first
             extra[found, 0], extra[found, 1], extra[found, 2] = x, y, z
             for k in range(9):
                 extra[found, 3 + k] = new_points[pairs, m, 6 + k]
@@ -125,8 +136,9 @@ def keep_points(  # pragma: no cover
             new_points[pairs, m, 15] = 0.0
             found += 1
             m += 1
-        if place >= 0:
-            slots[i] = MOST * pairs + place
+        for j in range(first, i):
+            if slots[j] >= 0:
+                slots[j] += MOST * pairs
         if n > 0:
             new_keys[pairs] = key
             new_counts[pairs] = n
@@ -136,13 +148,22 @@ def keep_points(  # pragma: no cover
 
 
 def note_slips(contacts, contact_count, slots, force, points):
-    """Note for each point kept whether friction held it in this step. points: (n, 4, 16) of this step."""
+    """Note for each point kept whether friction held it in this step. points: (n, 4, 16) of this step.
+
+    Bullet cuts friction at its bound by an angle's sine and cosine and holds the points whose friction is not
+    above the bound then. Rounding decides: of points that slide, it holds three of four.
+    """
     for i in range(contact_count):
         row = contacts.address[i]
         if slots[i] < 0 or row < 0 or contacts.dim[i] < 3:
             continue
-        most = ALMOST * contacts.friction[i, 0] * force[row]
-        slides = force[row + 1] * force[row + 1] + force[row + 2] * force[row + 2] > most * most
+        bound = contacts.friction[i, 0] * force[row]
+        x, y = force[row + 1], force[row + 2]
+        slides = x * x + y * y > ALMOST * ALMOST * bound * bound
+        if slides and bound > 0.0:
+            angle = np.arctan2(x, y)
+            x, y = bound * np.sin(angle), bound * np.cos(angle)
+            slides = x * x + y * y > bound * bound
         points[slots[i] // MOST, slots[i] % MOST, 15] = 0.0 if slides else 1.0
 
 
@@ -283,10 +304,12 @@ def copy_point(points, pair, m, others, other_pair, other_m):
 
 
 def place_of(points, pair, n, fresh, reach):
-    """Return the point (of n) nearest to a new one on the first body, within reach; -1 for none."""
+    """Return the point (of n) nearest to a new one on the first body, within reach and not taken; else -1."""
     best = -1
     least = reach * reach
     for m in range(n):
+        if points[pair, m, 15] == TAKEN:
+            continue
         far = 0.0
         for k in range(3):
             far += (points[pair, m, k] - fresh[k]) ** 2
@@ -297,7 +320,10 @@ def place_of(points, pair, n, fresh, reach):
 
 
 def least_useful(points, pair, fresh, dist, xpos, xmat, one, two):
-    """Return the point of four that a new one replaces: not the deepest, so that the rest spans most area."""
+    """Return the point of four that a new one replaces: not the deepest, so that the rest spans most area.
+
+    -1: all but the deepest are taken.
+    """
     deepest = -1
     depth = dist
     for m in range(MOST):
@@ -305,10 +331,10 @@ def least_useful(points, pair, fresh, dist, xpos, xmat, one, two):
         if gap < depth:
             depth = gap
             deepest = m
-    best = 0
+    best = -1
     largest = -1.0
     for m in range(MOST):
-        if m == deepest:
+        if m == deepest or points[pair, m, 15] == TAKEN:
             continue
         first = 1 if m == 0 else 0
         last = 2 if m == 3 else 3
