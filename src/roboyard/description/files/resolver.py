@@ -33,21 +33,18 @@ from urllib.parse import unquote
 from roboyard._lazy import lazy_pattern
 from roboyard._records import dataclass
 from roboyard.description.files.beside import matching_files, moveit_configurations, nearest_name
-from roboyard.description.files.moved_files import LEAST_SHARED, is_mesh_or_image, moved_file
+from roboyard.description.files.moved_files import LEAST_SHARED, moved_file
+from roboyard.description.files.readable_folders import ReadableFolders
 from roboyard.description.files.workspaces import (
     package_folders,
     package_name,
     packages_below,
-    workspace_sources,
 )
-from roboyard.shapes.cache import mesh_folder
 from roboyard.shapes.readers.external_files import MESH_FOLDER
 from roboyard.untrusted.files import check_file
 
-MAX_LEVELS = 8
 MAX_BYTES = 512 * 1024 * 1024
 """Largest file that is handed to another reader (bytes)."""
-_URDF_FOLDERS = {"urdf", "urdfs", "mjcf", "robot", "robots", "xacro", "model", "models", "sdf", "description"}
 _DRIVE = lazy_pattern(r"[A-Za-z]:[\\/]")
 _SCHEME = lazy_pattern(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.S)
 
@@ -123,7 +120,7 @@ class Resolver:
                 if found is None:
                     folder = lexical if folder is None and _is_folder(lexical) else folder
                     continue
-                if not self._is_allowed(found, candidate.root):
+                if not self._folders.hold(found, candidate.root):
                     refused = refused or found
                     continue
                 notes = [note for note in (candidate.note, spelling_note, case_note) if note]
@@ -143,16 +140,17 @@ class Resolver:
         They are in its folder, in its package (top level, `srdf/`, `config/`), or in `config/` of a MoveIt
         configuration package beside it.
         """
-        if self.base is None or self._package is None:
+        package = self._folders.package
+        if self.base is None or package is None:
             return ()
-        around = dict.fromkeys((self.base, self.base.parent if self.base != self._package else self.base))
+        around = dict.fromkeys((self.base, self.base.parent if self.base != package else self.base))
         folders = [self.base]
-        folders += [place / name for place in (*around, self._package) for name in ("srdf", "config")]
-        folders += [self._package, *moveit_configurations(self._package)]
+        folders += [place / name for place in (*around, package) for name in ("srdf", "config")]
+        folders += [package, *moveit_configurations(package)]
         found: dict[Path, None] = {}
         for folder in dict.fromkeys(folders):
             for file in matching_files(folder, pattern):
-                if self._is_allowed(file, folder if folder.is_relative_to(self._package) else folder.parent):
+                if self._folders.hold(file, folder if folder.is_relative_to(package) else folder.parent):
                     found[file] = None
         return tuple(found)
 
@@ -168,8 +166,8 @@ class Resolver:
         except (OSError, ValueError) as error:
             return f"{str(file)[:200]}: {getattr(error, 'strerror', None) or error}"
         try:
-            roots = self._trusted if self.base is None else (self.base, *self._trusted)
-            if any(self._is_allowed(file, root) for root in roots):
+            roots = self._folders.trusted if self.base is None else (self.base, *self._folders.trusted)
+            if any(self._folders.hold(file, root) for root in roots):
                 return None
         except (OSError, RuntimeError):  # links in a ring
             pass
@@ -177,15 +175,15 @@ class Resolver:
 
     def _moved(self, scheme: str, rest: str) -> Resolved | None:
         """The file of the description's own tree that a path from another tree means."""
-        if self._package is None:
+        if self._folders.package is None:
             return None
         path = unquote(rest).replace("\\", "/")
         absolute = scheme == "file" or path.startswith("/") or _DRIVE.match(path) is not None
-        deep = self._package != self.base or (self._package / "package.xml").is_file()
-        found = moved_file(self._package, path, deep=deep, least=1 if absolute else LEAST_SHARED)
-        if found is None or not self._is_allowed(found, self._package):
+        deep = self._folders.package != self.base or (self._folders.package / "package.xml").is_file()
+        found = moved_file(self._folders.package, path, deep=deep, least=1 if absolute else LEAST_SHARED)
+        if found is None or not self._folders.hold(found, self._folders.package):
             return None
-        where = found.relative_to(self._package).as_posix()
+        where = found.relative_to(self._folders.package).as_posix()
         return Resolved(path=found, note=f"not found; read from {where!r} in the robot's own folder")
 
     def _not_found(self, scheme: str, rest: str, seen: Sequence[str]) -> str:
@@ -212,11 +210,11 @@ class Resolver:
     def _nearest(self, path: str) -> Path | None:
         """Return the file beside a missing one with nearly its name, in a folder that may be read."""
         missing = Path(path)
-        if not any(missing.is_relative_to(folder) for folder in self._trusted):
+        if not any(missing.is_relative_to(folder) for folder in self._folders.trusted):
             return None
         name = nearest_name(missing.parent, missing.name)
         near = None if name is None else missing.with_name(name)
-        return near if near is not None and self._is_allowed(near, missing.parent) else None
+        return near if near is not None and self._folders.hold(near, missing.parent) else None
 
     def package_folder(self, name: str) -> Path | None:
         """Return the folder of a package; None where it is not known."""
@@ -240,20 +238,20 @@ class Resolver:
             yield from self._relative(rest, None)
 
     def _absolute(self, path: Path) -> Iterator[_Candidate]:
-        for root in self._trusted:
+        for root in self._folders.trusted:
             yield _Candidate(root, str(path))
 
     def _relative(self, rest: str, note: str | None) -> Iterator[_Candidate]:
         if self.base is not None:
             yield _Candidate(self.base, rest, note)
-        for root in self._given:
+        for root in self._folders.given:
             yield _Candidate(root, rest, note)
-        if self._package is not None and self._package != self.base:
+        if self._folders.package is not None and self._folders.package != self.base:
             folder = self.base
-            while folder is not None and folder != self._package and folder != folder.parent:
+            while folder is not None and folder != self._folders.package and folder != folder.parent:
                 folder = folder.parent
                 yield _Candidate(folder, rest, f"found relative to {folder.name}/, above the robot's folder")
-        for folder in self._above[1:3]:
+        for folder in self._folders.above[1:3]:
             if MESH_FOLDER.fullmatch(rest.partition("/")[0]):
                 yield _Candidate(folder, rest, f"found relative to {folder.name}/, above the robot's folder")
 
@@ -264,111 +262,41 @@ class Resolver:
         for known, folder in (self.packages or {}).items():
             if known == name:
                 yield _Candidate(Path(folder), tail)
-        for root in self._given:
-            if self._is_own_package(root / name, root):
+        for root in self._folders.given:
+            if self._folders.is_own_package(root / name, root):
                 yield _Candidate(root / name, tail)
             if root.name == name or package_name(root) == name:
                 yield _Candidate(root, tail)
-        if self._package is not None and package_name(self._package) == name:
-            yield _Candidate(self._package, tail)
-        for folder in self._above:
+        if self._folders.package is not None and package_name(self._folders.package) == name:
+            yield _Candidate(self._folders.package, tail)
+        for folder in self._folders.above:
             if folder.name == name:
                 yield _Candidate(folder, tail)
             for place in (folder / name, folder / "models" / name):
-                if self._real(place).is_relative_to(self._real(folder)):
+                if self._folders.real(place).is_relative_to(self._folders.real(folder)):
                     yield _Candidate(place, tail)
-        for root in (*self._given, *package_folders(self._above)):
+        for root in (*self._folders.given, *package_folders(self._folders.above)):
             package = packages_below(root).get(name)
             if package is not None:
                 yield _Candidate(package, tail)
         first, _, more = tail.partition("/")
-        inner = [folder for folder in self._above if more and folder.name == first]  # a part of the package
-        for folder in (*([] if self._package is None else [self._package]), *inner):
+        own = self._folders.package
+        inner = [folder for folder in self._folders.above if more and folder.name == first]  # a part of it
+        for folder in (*([] if own is None else [own]), *inner):
             note = f"package {name!r} was not found; its files were found in {folder.name}/"
             yield _Candidate(folder, more if folder in inner else tail, note)
         if self.base is not None:
             yield _Candidate(self.base, tail, f"package {name!r} was not found; read relative to the file")
 
-    # ------------------------------------------------------------------------------- what is trusted
-
     @cached_property
-    def _given(self) -> tuple[Path, ...]:
-        """Folders that the caller or the environment names."""
-        environment = os.environ if self.environment is None else self.environment
-        folders = [Path(folder) for folder in self.search_paths]
-        for variable in ("ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH"):
-            folders += [Path(part) for part in environment.get(variable, "").split(os.pathsep) if part]
-        folders += self._installed
-        return tuple(dict.fromkeys(Path(os.path.abspath(folder)) for folder in folders))  # noqa: PTH100
-
-    @cached_property
-    def _installed(self) -> tuple[Path, ...]:
-        """Folders of installed packages, from the environment; the targets of their links are trusted."""
-        environment = os.environ if self.environment is None else self.environment
-        prefixes = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-        return tuple(Path(os.path.abspath(prefix)) / "share" for prefix in prefixes if prefix)  # noqa: PTH100
-
-    @cached_property
-    def _above(self) -> tuple[Path, ...]:
-        """The description's folder and those above it, nearest first, that may hold packages."""
-        return () if self.base is None else _folders_above(self.base)
-
-    @cached_property
-    def _package(self) -> Path | None:
-        """The root of the package that the description belongs to."""
-        return None if self.base is None else _package_root(self.base)
-
-    @cached_property
-    def _trusted(self) -> tuple[Path, ...]:
-        roots = [*(Path(os.path.abspath(folder)) for folder in (self.packages or {}).values()), *self._given]  # noqa: PTH100
-        roots.append(Path(os.path.abspath(mesh_folder())))  # noqa: PTH100 - meshes of stages, written by us
-        if self._package is not None:
-            roots.append(self._package)
-        if self.real_base is not None:
-            roots.append(_package_root(self.real_base))
-        return tuple(dict.fromkeys(roots))
-
-    @cached_property
-    def _workspaces(self) -> tuple[Path, ...]:
-        return workspace_sources(self._above)
-
-    def _is_allowed(self, found: Path, root: Path) -> bool:
-        """True where `found`, symbolic links resolved, stays inside `root` or another trusted folder."""
-        if found.is_relative_to(root) and any(root.is_relative_to(share) for share in self._installed):
-            return True
-        real = found.resolve()
-        try:
-            if any(real.is_relative_to(self._real(folder)) for folder in self._readable(root)):
-                return True
-        except (OSError, RuntimeError, ValueError):  # links in a ring, a name that no file can have
-            pass
-        return any(_is_in_mesh_folder(real, self._real(folder)) for folder in self._above[1:3])
-
-    def _readable(self, root: Path) -> Iterator[Path]:
-        """Yield `root` and all folders whose files may be read; those that are searched for come last."""
-        yield root
-        yield from self._trusted
-        yield from self._workspaces
-
-    def _is_own_package(self, folder: Path, root: Path) -> bool:
-        """True unless `folder` is a link out of `root` to something that is no package."""
-        try:
-            if self._real(folder).is_relative_to(self._real(root)):
-                return True
-        except (OSError, RuntimeError, ValueError):  # links in a ring, a name that no file can have
-            return False
-        return any((folder / manifest).is_file() for manifest in ("package.xml", "model.config"))
-
-    def _real(self, folder: Path) -> Path:
-        """Return a folder with symbolic links resolved, as they led when it was first asked for."""
-        found = self._resolved.get(folder)
-        if found is None:
-            found = self._resolved[folder] = folder.resolve()
-        return found
-
-    @cached_property
-    def _resolved(self) -> dict[Path, Path]:
-        return {}
+    def _folders(self) -> ReadableFolders:
+        return ReadableFolders(
+            base=self.base,
+            real_base=self.real_base,
+            packages=self.packages or {},
+            search_paths=self.search_paths,
+            environment=os.environ if self.environment is None else self.environment,
+        )
 
 
 def _outside(file: Path) -> str:
@@ -376,37 +304,6 @@ def _outside(file: Path) -> str:
         f"{file} is outside the robot's folders, so it is not opened; "
         f"move it there or pass its folder in search_paths"
     )
-
-
-def _is_in_mesh_folder(file: Path, folder: Path) -> bool:
-    """True where `file` is in a folder beneath `folder` that is called as mesh folders are.
-
-    That is a folder directly below; for files called as meshes and images are, also one up to three levels
-    below, as in a collection of robots.
-    """
-    if not file.is_relative_to(folder):
-        return False
-    inner = file.relative_to(folder).parts[:-1]
-    searched = inner[:3] if is_mesh_or_image(file) else inner[:1]
-    return any(MESH_FOLDER.fullmatch(part) for part in searched)
-
-
-def _folders_above(base: Path) -> tuple[Path, ...]:
-    home = Path(os.path.expanduser("~"))  # noqa: PTH111
-    folders: list[Path] = []
-    for folder in (base, *base.parents)[: MAX_LEVELS + 1]:
-        if folder == folder.parent or (folder in (home, home.parent) and folder != base):
-            break
-        folders.append(folder)
-    return tuple(folders)
-
-
-def _package_root(base: Path) -> Path:
-    above = _folders_above(base)
-    for folder in above:
-        if (folder / "package.xml").is_file():
-            return folder
-    return base.parent if base.name.lower() in _URDF_FOLDERS and base.parent in above else base
 
 
 def _real_base(file: Path) -> Path | None:
