@@ -228,3 +228,33 @@ def test_pushes_still_reject_floats_for_integers(client: int) -> None:
     for body, link, flags in ((float(box), -1, p.LINK_FRAME), (box, -1.0, p.LINK_FRAME), (box, -1, 1.0)):
         with pytest.raises(TypeError):
             p.applyExternalForce(body, link, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0], flags)
+
+
+@pytest.mark.parametrize(
+    ("inertia", "moments", "axes"),
+    [
+        (
+            (1.2, 0.1, -0.2, 1.5, 0.3, 0.9),
+            (1.295036, 1.624950, 0.680014),
+            (0.423963, -0.010164, -0.383171, 0.820568),
+        ),
+        ((1.0, 0.2, 0, 1.0, 0, 1.5), (0.8, 1.2, 1.5), (0.197527, -0.021277, -0.763244, 0.614808)),
+        ((0.5, 0, 1e-9, 0.6, 0, 0.7), (0.5, 0.6, 0.7), (0.174349, -0.095247, -0.469869, 0.860089)),
+        ((1, 0.9, 0, 0.1, 0, 0.1), (0, 0, 0), (0.174349, -0.095247, -0.469869, 0.860089)),
+    ],
+)
+def test_principal_axes_of_a_file_are_pybullets(
+    client: int, tmp_path: Path, inertia: Any, moments: Any, axes: Any
+) -> None:
+    """Numbers of PyBullet 3.2.7, whose axes are in no order of size; the last tensor is no body's."""
+    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    given = " ".join(f'{name}="{value}"' for name, value in zip(names, inertia, strict=True))
+    file = tmp_path / "turned.urdf"
+    file.write_text(
+        '<robot name="a"><link name="b"><inertial><origin xyz="0 0 0.1" rpy="0.4 0 -1"/><mass value="1"/>'
+        f"<inertia {given}/></inertial></link></robot>"
+    )
+    body = p.loadURDF(str(file), flags=p.URDF_USE_INERTIA_FROM_FILE)
+    found = p.getDynamicsInfo(body, -1)
+    assert found[2] == pytest.approx(moments, abs=1e-6)
+    assert found[4] == pytest.approx(axes, abs=1e-6)

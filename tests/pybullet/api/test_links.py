@@ -124,3 +124,56 @@ def test_wrong_links_raise(turntable: int, body: int, link: int, message: str) -
         p.getLinkState(body, link)
     assert str(caught.value) == message
     assert caught.value.__notes__, "a remedy follows"
+
+
+SIGNED = {
+    ((0, 0, 0.6, -0.8), 2.5): (
+        (0, 0, -0.6, 0.8), (-0.1844, -0.4790, 0.1214, 0.8496), (0.5690, -0.1903, 0.4560, 0.6573),
+    ),
+    ((0, 0.96, 0, -0.28), 0.0): ((0, 0.96, 0, -0.28), (0.64, 0.36, 0.48, -0.48), (0, -0.6, 0, 0.8)),
+    ((-0.96, 0, 0.28, 0), 2.5): (
+        (0.96, 0, -0.28, 0), (-0.4443, 0.6217, 0.6440, -0.0357), (-0.2951, 0.8882, -0.1110, 0.3340),
+    ),
+    ((0.48, -0.8, 0.36, 0), 0.0): (
+        (-0.48, 0.8, -0.36, 0), (0.2832, 0.8448, 0.1664, -0.4224), (-0.168, 0.64, -0.576, -0.48),
+    ),
+    ((0.48, -0.8, 0.36, 0), -3.0): (
+        (-0.48, 0.8, -0.36, 0), (-0.0966, 0.4238, -0.1650, 0.8853), (0.6503, 0.1223, -0.4381, 0.6085),
+    ),
+}  # fmt: skip
+"""Orientation of a base and angle of its joint to the quaternions that PyBullet 3.2.7 shows of the base, of
+the link's inertial frame and of the link frame."""
+
+
+@pytest.mark.parametrize(("given", "shown"), SIGNED.items())
+@pytest.mark.parametrize("mass", [0.0, 1.0])
+def test_quaternions_have_the_sign_that_is_read_from_a_matrix(
+    client: int, mass: float, given: Any, shown: Any
+) -> None:
+    body = p.createMultiBody(
+        mass, -1, linkMasses=[1], linkCollisionShapeIndices=[-1], linkVisualShapeIndices=[-1],
+        linkPositions=[[0, 0, 1]], linkOrientations=[[0, 0.6, 0, 0.8]],
+        linkInertialFramePositions=[[0, 0, 0]], linkInertialFrameOrientations=[[0.8, 0, 0, -0.6]],
+        linkParentIndices=[0], linkJointTypes=[p.JOINT_REVOLUTE], linkJointAxis=[[0, 0, 1]],
+    )  # fmt: skip
+    turn, angle = given
+    p.resetBasePositionAndOrientation(body, [0, 0, 0], turn)
+    p.resetJointState(body, 0, angle)
+    state = p.getLinkState(body, 0, computeForwardKinematics=1)
+    for together in (state, p.getLinkStates(body, [0], 0, 1)[0], p.getLinkState(body, 0, 1, 1)):
+        found = p.getBasePositionAndOrientation(body)[1], together[1], together[5]
+        assert np.array(found) == pytest.approx(np.array(shown), abs=1e-4)
+    assert state[3] == pytest.approx((-0.8, 0, 0, 0.6))
+    assert p.getDynamicsInfo(body, 0)[4] == state[3]
+
+
+def test_quaternions_of_shapes_have_that_sign(client: int) -> None:
+    shape = {"halfExtents": [0.1, 0.1, 0.1]}
+    turn = [0.6, 0, 0, -0.8]
+    body = p.createMultiBody(
+        1,
+        p.createCollisionShape(p.GEOM_BOX, collisionFrameOrientation=turn, **shape),
+        p.createVisualShape(p.GEOM_BOX, visualFrameOrientation=turn, **shape),
+    )
+    for rows in (p.getVisualShapeData(body), p.getCollisionShapeData(body, -1)):
+        assert rows[0][6] == pytest.approx((-0.6, 0, 0, 0.8))

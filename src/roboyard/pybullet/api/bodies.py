@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roboyard.errors import RoboyardError
+from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.face.arguments import quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import error, failure
@@ -89,7 +90,7 @@ def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Tr
         record = scene.ready(bodyUniqueId, "GetBasePositionAndOrientation failed.")
     if record.base_is_plain and record.free is not None:
         x, y, z, qw, qx, qy, qz = record.free.tolist()
-        return (x, y, z), (qx, qy, qz, qw)
+        return (x, y, z), (qx, qy, qz, qw) if qw > 0.5 else matrix_signed(qx, qy, qz, qw)
     return base_inertial_pose(record)
 
 
@@ -99,12 +100,14 @@ def base_inertial_pose(record: BodyRecord) -> tuple[Triple, Triple]:
         return record.fixed_poses[0]
     if record.free is not None:
         x, y, z, w, i, j, k = record.free.tolist()
-        return inertial_pose((x, y, z), (i, j, k, w), record.base_frame)
+        place, turn = inertial_pose((x, y, z), (i, j, k, w), record.base_frame)
+        return place, matrix_signed(*turn)
     if record.soft is not None:
         position, orientation = record.soft.pose
         return tuple(position.tolist()), tuple(orientation.tolist())
     position, orientation = record.base_pose()
-    at = inertial_pose(position, orientation, record.base_frame)
+    place, turn = inertial_pose(position, orientation, record.base_frame)
+    at = place, matrix_signed(*turn)
     record.fixed_poses = at, (position, orientation)
     return at
 

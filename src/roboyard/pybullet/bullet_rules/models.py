@@ -7,7 +7,6 @@ from dataclasses import field, replace
 from functools import cache, partial
 
 from roboyard._records import dataclass
-from roboyard.description.mass_properties import mass_properties
 from roboyard.description.model import (
     Box,
     Capsule,
@@ -26,9 +25,10 @@ from roboyard.description.model import (
 from roboyard.pybullet.bullet_rules.merging import merge_fixed_links
 from roboyard.pybullet.bullet_rules.mesh_objects import split_objects
 from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, link_bounds
-from roboyard.pybullet.bullet_rules.shape_inertia import Moments, shape_moments
+from roboyard.pybullet.bullet_rules.shape_inertia import Moments, principal_moments, shape_moments
 from roboyard.pybullet.face import constants as c
 from roboyard.shapes.primitives import cylinder
+from roboyard.transforms import matrix_from_quaternion, quaternion_from_matrix
 
 MASS_WITHOUT_INERTIAL = 1.0
 CYLINDER_SIDES = 32
@@ -238,10 +238,10 @@ def _file_moments(inertial: Inertial) -> tuple[Pose, tuple[float, float, float]]
     if xy == xz == yz == 0.0:
         moments, frame = (xx, yy, zz), inertial.origin
     else:
-        found = mass_properties(inertial)
-        x, y, z = (float(m) for m in found.principal)
-        qx, qy, qz, qw = (float(q) for q in found.quaternion)
-        moments, frame = (x, y, z), Pose(position=inertial.origin.position, quaternion=(qx, qy, qz, qw))
+        moments, axes = principal_moments(inertial.inertia)
+        turned = matrix_from_quaternion(inertial.origin.quaternion) @ axes
+        qx, qy, qz, qw = (float(q) for q in quaternion_from_matrix(turned))
+        frame = Pose(position=inertial.origin.position, quaternion=(qx, qy, qz, qw))
     x, y, z = moments
     if min(moments) < 0 or x > y + z or y > x + z or z > x + y:
         return inertial.origin, (0.0, 0.0, 0.0)

@@ -45,3 +45,28 @@ def canonical(x: float, y: float, z: float, w: float) -> Numbers:
         leading = max(x, y, z, key=abs)
     length = -length if leading < 0.0 else length
     return x / length, y / length, z / length, w / length
+
+
+def matrix_signed(x: float, y: float, z: float, w: float) -> tuple[float, float, float, float]:
+    """Return a quaternion, of its own length, with the sign that Bullet reads from its rotation matrix.
+
+    See `canonical`. Entries of the matrix are compared, so that rounding decides between equal sizes as it
+    does there.
+    """
+    if w > 0.5:
+        return x, y, z, w
+    length = x * x + y * y + z * z + w * w
+    if length == 0.0:
+        return x, y, z, w
+    scale = 2.0 / length
+    xx, yy, zz = x * (x * scale), y * (y * scale), z * (z * scale)
+    a, b, c = 1.0 - (yy + zz), 1.0 - (xx + zz), 1.0 - (xx + yy)
+    if a + b + c > 0.0:
+        leading = w
+    elif a < b:
+        leading = z if b < c else y
+    else:
+        leading = z if a < c else x
+    if leading < 0.0:
+        return 0.0 - x, 0.0 - y, 0.0 - z, 0.0 - w
+    return x, y, z, w

@@ -11,6 +11,7 @@ from roboyard._records import dataclass
 from roboyard.description.model import Pose
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
+from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.state.joint_tables import (
     POSITION_COUNT,
     VELOCITY_COUNT,
@@ -147,7 +148,7 @@ class BodyRecord:
         self.dof_count = sum(VELOCITY_COUNT[info[2]] for info in self.infos) + 6 * (not model.fixed_base)
         """Degrees of freedom of the joints, plus six if it was loaded with a floating base."""
         self.links = [
-            LinkState(mass=link.mass, moments=link.moments, frame=link.frame, **_contact_of(model, i))
+            LinkState(mass=link.mass, moments=link.moments, frame=_shown(link.frame), **_contact_of(model, i))
             for i, link in enumerate(model.links)
         ]
         self._bounds: dict[int, LinkBounds] = {}
@@ -336,3 +337,10 @@ def _zero_effort(kind: int) -> Any:
 
 def _is_identity(pose: Pose) -> bool:
     return tuple(pose.position) == (0.0, 0.0, 0.0) and tuple(pose.quaternion) == (0.0, 0.0, 0.0, 1.0)
+
+
+def _shown(frame: Pose) -> Pose:
+    """Return an inertial frame with the sign that Bullet shows of its quaternion."""
+    if frame.quaternion[3] > 0.5:
+        return frame
+    return Pose(position=frame.position, quaternion=matrix_signed(*frame.quaternion))

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roboyard.native import compiled, record
+from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 
 
 def link_pose(xpos, xquat, frames, row, link):  # pragma: no cover
@@ -26,14 +27,14 @@ def link_pose(xpos, xquat, frames, row, link):  # pragma: no cover
         y + fy + w * ty + k * tx - i * tz,
         z + fz + w * tz + i * ty - j * tx,
     )
-    orientation = (
+    orientation = matrix_signed(
         w * fi + i * fw + j * fk - k * fj,
         w * fj - i * fk + j * fw + k * fi,
         w * fk + i * fj - j * fi + k * fw,
         w * fw - i * fi - j * fj - k * fk,
     )
     frame_position = (float(np.float32(x)), float(np.float32(y)), float(np.float32(z)))
-    frame_orientation = (
+    frame_orientation = matrix_signed(
         float(np.float32(i)),
         float(np.float32(j)),
         float(np.float32(k)),

@@ -24,6 +24,7 @@ from roboyard.description.model import (
     Visual,
 )
 from roboyard.pybullet.api.shapes.collision_shapes import QUARTER_TURN, at, plain_geometry
+from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import floats, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
@@ -197,7 +198,7 @@ def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -
             size, file = (1.0, 1.0, 1.0), b"unknown_file"
         offset = np.asarray(shape.origin.position) - np.asarray(link.frame.position)
         position = tuple(float(v) for v in rotate(back, offset))
-        rotation = tuple(float(v) for v in multiply(back, own_orientation(shape)))
+        rotation = matrix_signed(*(float(v) for v in multiply(back, own_orientation(shape))))
         rows.append((record.number, linkIndex, kind, size, file, position, rotation))
     found = record.collision_rows[linkIndex] = tuple(rows)
     return found
@@ -272,8 +273,8 @@ def setDebugObjectColor(
 def own_orientation(shape: Collision | Visual) -> tuple[float, ...]:
     """Return the orientation (x, y, z, w) of a shape as it was given; heightfields are stored rotated."""
     if not isinstance(shape.geometry, Heightfield):
-        return tuple(shape.origin.quaternion)
-    return tuple(float(v) for v in multiply(shape.origin.quaternion, conjugate(QUARTER_TURN)))
+        return matrix_signed(*shape.origin.quaternion)
+    return matrix_signed(*(float(v) for v in multiply(shape.origin.quaternion, conjugate(QUARTER_TURN))))
 
 
 def shape_description(
