@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from math import nan
 from typing import TYPE_CHECKING, Any
 
+from roboyard.description.mass_properties import link_masses, trace_mass
 from roboyard.description.model import Inertial, Plane
 from roboyard.pybullet.bullet_rules.shape_inertia import shape_moments
 from roboyard.pybullet.face.arguments import check_finite, number, vector3, whole
@@ -195,6 +196,12 @@ def _set_mass(
     scene.disable_gravity(record, link, mass == 0.0)
     if mass == 0.0 and link == -1 and not record.model.fixed_base:
         mass, moments = IMMOVABLE_MASS, (IMMOVABLE_MASS, IMMOVABLE_MASS, IMMOVABLE_MASS)
+    if mass == 0.0 and link >= 0:
+        description = record.model.description
+        trace = trace_mass(description, link_masses(description, 1.0))
+        mass, (x, y, z) = trace.mass, trace.principal.tolist()
+        moments = x, y, z
+    scene.hold_massless_joints(record)
     x, y, z = moments
     inertial = Inertial(mass=mass, origin=state.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
     record.body.links[link + 1].set_inertial(inertial)

@@ -52,7 +52,7 @@ _AXES_THRESHOLD, _AXES_ROUNDS, _EPSILON = 1e-6, 30, 2.220446049250313e-16
 
 
 def principal_moments(inertia: Sequence[float]) -> tuple[Moments, Array]:
-    """Return the moments of a tensor about its principal axes in Bullet's order, and the (3, 3) axes in columns.
+    """Return the moments of a tensor about its principal axes, in Bullet's order, and the (3, 3) axes.
 
     Bullet turns the axes in pairs, each time by the least angle that removes the largest product of inertia,
     so that the axes stay near those of the file, unlike those of a sorted eigenvalue problem.

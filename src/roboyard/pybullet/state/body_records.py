@@ -151,6 +151,8 @@ class BodyRecord:
             LinkState(mass=link.mass, moments=link.moments, frame=_shown(link.frame), **_contact_of(model, i))
             for i, link in enumerate(model.links)
         ]
+        self.held: dict[int, float] = {}
+        """Inertia of the motors of joints that are held because nothing beyond them has mass."""
         self._bounds: dict[int, LinkBounds] = {}
         self.collision_rows: dict[int, tuple[tuple[Any, ...], ...]] = {}
         """The fields of getCollisionShapeData by link, once they were asked for."""

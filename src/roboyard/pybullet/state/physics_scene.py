@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.sim.body import Body
 
+HELD_INERTIA = 1e9
+"""Inertia (kg m² or kg) of the motor of a joint that nothing moves."""
+
 
 class PhysicsScene:
     """Bodies, shapes, constraints and states by id, and stepping."""
@@ -137,6 +140,7 @@ class PhysicsScene:
                     link, state.contact_stiffness, max(state.contact_damping, 0.0)
                 )
         self.set_damping(record, record.linear_damping, record.angular_damping)
+        self.hold_massless_joints(record)
         self._without_motors.append(record)
         self.filters.add_body(record, self_collision=self_collision, excludes_ancestors=excludes_ancestors)
         self.textures.add_body(record)
@@ -161,6 +165,22 @@ class PhysicsScene:
                 self.world.surfaces.set_damping(
                     link, linear, angular, linear_quadratic=linear, angular_quadratic=angular
                 )
+
+    def hold_massless_joints(self, record: BodyRecord) -> None:
+        """Hold joints beyond which nothing has mass, as in Bullet: neither forces nor motors move them."""
+        if record.kind != MULTIBODY or not (record.held or any(s.mass == 0.0 for s in record.links[1:])):
+            return
+        masses = [state.mass for state in record.links[1:]]
+        for index in range(len(masses) - 1, -1, -1):
+            parent = record.model.links[index + 1].parent
+            if parent >= 0:
+                masses[parent] += masses[index]
+            joint = record.body.joints[index]
+            if masses[index] == 0.0 and index not in record.held:
+                record.held[index] = joint.armature
+                joint.armature = HELD_INERTIA
+            elif masses[index] > 0.0 and index in record.held:
+                joint.armature = record.held.pop(index)
 
     def free_base(self, record: BodyRecord) -> None:
         """Make a fixed base movable."""

@@ -214,7 +214,7 @@ def test_shape_ids_count_up(client: int) -> None:
 
 
 @pytest.mark.parametrize("parent", [2, 5, -1])
-def test_parents_come_before_their_children(client: int, parent: int) -> None:
+def test_parents_lead_to_the_base(client: int, parent: int) -> None:
     with pytest.raises(p.error, match=r"createMultiBody failed\.") as caught:
         p.createMultiBody(
             1, linkMasses=[1], linkCollisionShapeIndices=[-1], linkVisualShapeIndices=[-1],

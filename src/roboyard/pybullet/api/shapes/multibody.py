@@ -25,6 +25,7 @@ from roboyard.errors import RoboyardError
 from roboyard.pybullet.bullet_rules.models import BodyModel, LinkModel, world_description
 from roboyard.pybullet.bullet_rules.shape_bounds import link_bounds
 from roboyard.pybullet.bullet_rules.shape_inertia import Moments, shape_moments
+from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import (
     Quaternion,
     Vector3,
@@ -98,7 +99,8 @@ def createMultiBody(
         linkOrientations: (n, 4) orientations (x, y, z, w).
         linkInertialFramePositions: (n, 3) centres of mass in the link frames (m).
         linkInertialFrameOrientations: (n, 4) orientations (x, y, z, w).
-        linkParentIndices: (n,) 0 for the base, else the index of the parent in these lists, from 1.
+        linkParentIndices: (n,) 0 for the base, else the index of the parent in these lists, from 1; links are
+            numbered depth first, unless URDF_MAINTAIN_LINK_ORDER is set.
         linkJointTypes: (n,) JOINT_REVOLUTE, JOINT_PRISMATIC, JOINT_SPHERICAL or JOINT_FIXED.
         linkJointAxis: (n, 3) joint axes in the link frames.
         useMaximalCoordinates: 1 creates rigid bodies, whose joints scripts cannot access.
@@ -106,8 +108,8 @@ def createMultiBody(
         batchPositions: (k, 3) positions (m); creates a body at each and returns a tuple of ids.
 
     Raises:
-        error: the lists have different lengths, a vector has the wrong length, or a link comes before its
-            parent.
+        error: the lists have different lengths, a vector has the wrong length, or a link's parents do not
+            lead to the base; with URDF_MAINTAIN_LINK_ORDER, a link comes before its parent.
     """
     lists = (
         linkMasses, linkCollisionShapeIndices, linkVisualShapeIndices, linkPositions, linkOrientations,
@@ -121,9 +123,13 @@ def createMultiBody(
     scene = client.scene
     frame = _pose(baseInertialFramePosition, baseInertialFrameOrientation)
     base = _link(scene, "link0", number(baseMass), baseCollisionShapeIndex, baseVisualShapeIndex, frame)
-    links = [base]
-    for i, values in enumerate(zip(*lists, strict=True)):
-        links.append(_jointed_link(scene, i + 1, links, *values))
+    parents = [whole(parent) for parent in linkParentIndices]
+    keeps_order = bool(whole(flags) & c.URDF_MAINTAIN_LINK_ORDER)
+    order = range(1, len(parents) + 1) if keeps_order else _depth_first(parents)
+    rows, links, places = list(zip(*lists, strict=True)), [base], {0: -1}
+    for given in order:
+        links.append(_jointed_link(scene, given, places, *rows[given - 1]))
+        places[given] = len(places) - 1
     model = _model(links)
     place = vector3(basePosition, _FAILED), quaternion(baseOrientation, _FAILED)
     rigid = bool(whole(useMaximalCoordinates))
@@ -169,8 +175,27 @@ def _moments(mass: float, frame: Pose, shapes: tuple[Collision, ...]) -> Moments
     return shape_moments(mass, (_bounds_of if from_files else _known_bounds_of)(frame, shapes))
 
 
+def _depth_first(parents: Sequence[int]) -> list[int]:
+    """Return the links, from 1, depth first from the base (0); children of one link stay in order."""
+    children: dict[int, list[int]] = {}
+    for link, parent in enumerate(parents, 1):
+        children.setdefault(parent, []).append(link)
+    order, waiting = [], children.get(0, [])[::-1]
+    while waiting:
+        link = waiting.pop()
+        order.append(link)
+        waiting.extend(reversed(children.get(link, ())))
+    if len(order) < len(parents):
+        lost = next(link for link in range(1, len(parents) + 1) if link not in order)
+        raise failure(
+            _FAILED,
+            f"the parent of link {lost - 1} is {parents[lost - 1]}; it does not lead to the base",
+        )
+    return order
+
+
 def _jointed_link(
-    scene: PhysicsScene, number_: int, links: list[LinkModel], mass: float, collision: int, visual: int,
+    scene: PhysicsScene, number_: int, places: dict[int, int], mass: float, collision: int, visual: int,
     position:
     Vector,
     orientation: Vector, frame_position: Vector, frame_orientation: Vector, parent: int, kind: int, axis:
@@ -178,18 +203,18 @@ def _jointed_link(
 ) -> LinkModel:  # fmt: skip
     frame = _pose(frame_position, frame_orientation)
     link = _link(scene, f"link{number_}", number(mass), collision, visual, frame)
-    if not 0 <= whole(parent) < number_:
+    if whole(parent) not in places:
         raise failure(
             _FAILED, f"the parent of link {number_ - 1} is {parent}; parents must come before their children"
         )
     direction = np.array(vector3(axis, _FAILED))
     length = float(np.linalg.norm(direction))
     x, y, z = (float(v) for v in direction / length) if length else (1.0, 0.0, 0.0)
-    link.parent = parent - 1
+    link.parent = places[parent]
     link.joint = Joint(
         name=f"joint{number_}",
         type=_TYPES.get(whole(kind), "fixed"),
-        parent=links[parent].name,
+        parent=f"link{parent}",
         child=link.name,
         origin=_pose(position, orientation),
         axis=(x, y, z),
