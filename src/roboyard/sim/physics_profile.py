@@ -42,6 +42,8 @@ class PhysicsProfile:
     """Whether joints have PID actuators (`Joint.drive_position` and its siblings)."""
     joint_friction: bool = True
     """Whether the joint friction of descriptions acts."""
+    parents_pass: bool = True
+    """Whether rigid parts pass through those they hang on by a joint; otherwise only excluded pairs do."""
     angular_impedance: float = 0.9999
     """Impedance of motors, joint limits and hard contacts, below 1."""
 
@@ -73,6 +75,7 @@ BULLET = PhysicsProfile(
     motor_residual=1e-7,
     pid_drives=False,
     joint_friction=False,
+    parents_pass=False,
     hull_steps=10216,
     keeps_textures=True,
 )

@@ -76,17 +76,17 @@ class PairFilters:
         Args:
             record: the body.
             self_collision: whether its links may touch one another.
-            excludes_ancestors: whether they never touch their parents, the parents of those, and so on.
+            excludes_ancestors: whether they never touch the parents of their parents, and so on, as they never
+                touch their parents.
         """
         if self_collision:
             self._self_colliding.add(record.number)
-            if excludes_ancestors:
-                self._exclude_ancestors(record)
+            self._exclude_ancestors(record, only_parents=not excludes_ancestors)
         self._exclude_static(record)
         for place in self._groups:
             self._apply_to(place, record)
 
-    def _exclude_ancestors(self, record: BodyRecord) -> None:
+    def _exclude_ancestors(self, record: BodyRecord, *, only_parents: bool) -> None:
         links, number = record.model.links, record.number
         for link, part in enumerate(links[1:]):
             above = part.parent
@@ -94,7 +94,7 @@ class PairFilters:
                 if links[above + 1].collisions:
                     self._never.add(((number, above), (number, link)))
                     self._set((number, above), (number, link), False)
-                if above < 0:
+                if above < 0 or only_parents:
                     break
                 above = links[above + 1].parent
 

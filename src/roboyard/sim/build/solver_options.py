@@ -96,6 +96,8 @@ def apply_options(
     may_sleep = option.enableflags & int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     if profile.hard_contacts and chosen == "newton" and not may_sleep:
         flags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+    if not profile.parents_pass:
+        flags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
     option.disableflags = flags
     if chosen == "cg":
         option.solver = mujoco.mjtSolver.mjSOL_CG
