@@ -76,8 +76,8 @@ class PairFilters:
         Args:
             record: the body.
             self_collision: whether its links may touch one another.
-            excludes_ancestors: whether they never touch the parents of their parents, and so on, as they never
-                touch their parents.
+            excludes_ancestors: whether they never touch the parents of their parents, and so on; their own
+                parents they never touch.
         """
         if self_collision:
             self._self_colliding.add(record.number)
