@@ -112,3 +112,26 @@ def test_the_sides_of_a_box_have_tiny_renderers_colours(
         *([0.9, 0.8, 0.7], 10, 0, 0.3, 0.5, 0.4),
     )
     assert np.reshape(own[2], (20, 20, 4))[10, 10, :3].tolist() == [176, 82, 30]
+
+
+def _counts(width: int, height: int, **arguments: object) -> tuple[float, float, list[int]]:
+    """Nearest and mean depth of a picture, and the pixels of the background and of three bodies."""
+    image = p.getCameraImage(width, height, **arguments)
+    pixels = [int((image[4] == body).sum()) for body in (-1, 0, 1, 2)]
+    return round(float(image[3].min()), 4), round(float(image[3].mean()), 4), pixels
+
+
+def test_a_picture_without_matrices_has_the_renderers_camera(client: int) -> None:
+    """Neither the size nor the visualizer's camera changes it; its planes are those of the last picture."""
+    for size, place in (
+        ([0.2] * 3, [0, 0, 0.1]), ([0.1, 0.3, 0.2], [0.4, 0.5, 0.2]), ([0.3, 0.1, 0.1], [-0.5, -0.3, -0.2]),
+    ):  # fmt: skip
+        look = p.createVisualShape(p.GEOM_BOX, halfExtents=size)
+        p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=size), look, place)
+    assert _counts(160, 120) == (0.9852, 0.9995, [18190, 350, 189, 471])
+    p.resetDebugVisualizerCamera(3, 30, -30, [0, 0, 0])
+    assert _counts(80, 80) == (0.9852, 0.9995, [6061, 123, 62, 154])
+    view = p.computeViewMatrixFromYawPitchRoll([0, 0, 0.5], 3, 50, -35, 0, 2)
+    p.getCameraImage(16, 16, view, p.computeProjectionMatrixFOV(60, 1, 0.1, 50))
+    for arguments in ({}, {"viewMatrix": view}):
+        assert _counts(160, 120, **arguments) == (0.8534, 0.9950, [18190, 350, 189, 471])

@@ -41,6 +41,8 @@ class Client:
         self.debug_items = DebugItems()
         self.visualizer = VisualizerCamera()
         self.light = PictureLight()
+        self.picture_planes = 0.01, 1000.0
+        """Near and far plane (m) of the last picture; of the next one that is not given a camera."""
         self.keyboard, self.mouse = Keyboard(), Mouse()
         self.user_data = UserData()
         self.logs = LogSet()

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 _BAD_MATRIX = "Error parsing view or projection matrix."
 _DOT = np.array([0.0, 0.0, 1e-6])  # m: a point is drawn as a very short line, as wide as the point
+_OWN_VIEW, _OWN_ANGLE, _OWN_ASPECT = ((0.0, 0.0, 0.0), 1.5, -80.0, -10.0, 0.0, 2), 90.0, 4.0 / 3.0
+"""View, field of view (degrees) and aspect of the camera that Bullet's software renderer starts with."""
 BLENDING = (c.GUI, c.GUI_SERVER, c.GUI_MAIN_THREAD)
 """Connection methods whose images show shapes with alpha < 1 as transparent, as in PyBullet."""
 
@@ -54,8 +56,8 @@ def getCameraImage(
     Args:
         width: width (pixels).
         height: height (pixels).
-        viewMatrix: 16 numbers, column-major; see computeViewMatrix. None: the visualizer's camera.
-        projectionMatrix: 16 numbers, column-major; see computeProjectionMatrixFOV.
+        viewMatrix: 16 numbers, column-major; see computeViewMatrix. None: a camera as PyBullet's.
+        projectionMatrix: 16 numbers, column-major; see computeProjectionMatrixFOV. Neither is used alone.
         lightDirection: direction from the scene towards the light.
         lightColor: red, green, blue (0 to 1).
         lightDistance: ignored; the light is at infinity.
@@ -104,12 +106,23 @@ def getCameraImage(
 def _matrices(
     client: Client, width: int, height: int, view: Vector | None, projection: Vector | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the (4, 4) view and projection of the arguments, or of the visualizer's camera."""
-    if view is None:
-        v = client.visualizer
-        view = computeViewMatrixFromYawPitchRoll(v.target, v.distance, v.yaw, v.pitch, 0.0, v.up_axis)
-    if projection is None:
-        projection = computeProjectionMatrixFOV(60.0, width / max(height, 1), 0.01, 1000.0)
+    """Return the (4, 4) view and projection of the arguments, or without both those of the default camera.
+
+    That is the visualizer's; without a window, Bullet's software renderer has one of its own, whose aspect
+    never changes, and whose near and far plane are those of the last picture.
+    """
+    if view is None or projection is None:
+        if client.method in BLENDING:
+            v = client.visualizer
+            view = computeViewMatrixFromYawPitchRoll(v.target, v.distance, v.yaw, v.pitch, 0.0, v.up_axis)
+            projection = computeProjectionMatrixFOV(60.0, width / max(height, 1), 0.01, 1000.0)
+        else:
+            view = computeViewMatrixFromYawPitchRoll(*_OWN_VIEW)
+            projection = computeProjectionMatrixFOV(_OWN_ANGLE, _OWN_ASPECT, *client.picture_planes)
+    else:
+        entries = floats(projection, 16, _BAD_MATRIX)
+        if entries[10] not in (1.0, -1.0):
+            client.picture_planes = entries[14] / (entries[10] - 1.0), entries[14] / (entries[10] + 1.0)
     to_camera, to_clip = (
         np.array(floats(matrix, 16, _BAD_MATRIX)).reshape(4, 4).T for matrix in (view, projection)
     )
