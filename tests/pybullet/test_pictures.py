@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -135,3 +138,53 @@ def test_a_picture_without_matrices_has_the_renderers_camera(client: int) -> Non
     p.getCameraImage(16, 16, view, p.computeProjectionMatrixFOV(60, 1, 0.1, 50))
     for arguments in ({}, {"viewMatrix": view}):
         assert _counts(160, 120, **arguments) == (0.8534, 0.9950, [18190, 350, 189, 471])
+
+
+_COLLADA = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>
+<library_effects><effect id="e"><profile_COMMON><technique sid="common"><phong><diffuse>
+<color>0.9 0.1 0.1 1</color></diffuse></phong></technique></profile_COMMON></effect></library_effects>
+<library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
+<library_geometries><geometry id="g"><mesh><source id="p">
+<float_array id="pa" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array><technique_common>
+<accessor source="#pa" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source><source id="n">
+<float_array id="na" count="12">0 0 -1 0 -1 0 -1 0 0 0.577 0.577 0.577</float_array><technique_common>
+<accessor source="#na" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="4" material="mm">
+<input semantic="VERTEX" source="#v" offset="0"/><input semantic="NORMAL" source="#n" offset="1"/>
+<p>0 0 2 0 1 0 0 1 1 1 3 1 0 2 3 2 2 2 1 3 2 3 3 3</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node id="x"><instance_geometry url="#g"><bind_material>
+<technique_common><instance_material symbol="mm" target="#m"/></technique_common></bind_material>
+</instance_geometry></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+_OBJ = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl r\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+@pytest.mark.parametrize("suffix", ["dae", "obj"])
+@pytest.mark.parametrize(
+    ("material", "flags", "color"),
+    [
+        ("", 0, (188, 188, 188)),
+        ('<material name="w"><color rgba="0.2 0.4 0.9 1"/></material>', 0, (37, 75, 169)),
+        ("", p.URDF_USE_MATERIAL_COLORS_FROM_MTL, {"dae": (188, 188, 188), "obj": (169, 18, 18)}),
+    ],
+)
+def test_colours_of_mesh_files_show_only_where_flags_ask_for_them(
+    client: int, tmp_path: Path, suffix: str, material: str, flags: int, color: Any
+) -> None:
+    """The files' own colour is red; numbers of PyBullet 3.2.7."""
+    (tmp_path / "a.dae").write_text(_COLLADA)
+    (tmp_path / "a.obj").write_text(_OBJ)
+    (tmp_path / "a.mtl").write_text("newmtl r\nKd 0.9 0.1 0.1\n")
+    file = tmp_path / "a.urdf"
+    file.write_text(
+        f'<robot name="a"><link name="b"><visual><geometry><mesh filename="a.{suffix}"/></geometry>'
+        f"{material}</visual></link></robot>"
+    )
+    p.loadURDF(str(file), flags=flags)
+    view = p.computeViewMatrix([2, 2, 2], [0.2, 0.2, 0.2], [0, 0, 1])
+    image = p.getCameraImage(40, 40, view, p.computeProjectionMatrixFOV(40, 1, 0.1, 10))
+    wanted = color[suffix] if isinstance(color, dict) else color
+    assert image[2][20, 20, :3] == pytest.approx(np.array(wanted), abs=1)

@@ -16,6 +16,7 @@ from roboyard.description.model import (
     Inertial,
     Joint,
     Link,
+    Material,
     Mesh,
     Pose,
     RobotDescription,
@@ -30,6 +31,7 @@ from roboyard.pybullet.face import constants as c
 from roboyard.shapes.primitives import cylinder
 from roboyard.transforms import matrix_from_quaternion, quaternion_from_matrix
 
+_WHITE = (1.0, 1.0, 1.0, 1.0)
 MASS_WITHOUT_INERTIAL = 1.0
 CYLINDER_SIDES = 32
 STATIC_LINK_NAME = "world"
@@ -228,8 +230,24 @@ def _link_model(link: Link, flags: int, moments_of: MomentsOf) -> LinkModel:
         moments=moments,
         frame=frame,
         collisions=link.collisions,
-        visuals=link.visuals,
+        visuals=tuple(_colored(visual, flags) for visual in link.visuals),
     )
+
+
+def _colored(visual: Visual, flags: int) -> Visual:
+    """Return a visual that takes no colours from its mesh file, unless the flags and an OBJ file say so.
+
+    Source:
+        Bullet, TinyRendererVisualShapeConverter.cpp, convertURDFToVisualShapeInternal.
+    """
+    geometry, material = visual.geometry, visual.material
+    if not isinstance(geometry, Mesh) or geometry.path is None:
+        return visual
+    if flags & c.URDF_USE_MATERIAL_COLORS_FROM_MTL and geometry.path.suffix.lower() == ".obj":
+        return visual
+    if material is None:
+        return replace(visual, material=Material(rgba=_WHITE))
+    return visual if material.rgba is not None else replace(visual, material=replace(material, rgba=_WHITE))
 
 
 def _file_moments(inertial: Inertial) -> tuple[Pose, tuple[float, float, float]]:

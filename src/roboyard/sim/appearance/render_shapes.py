@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from roboyard._lazy import lazy_module
-from roboyard.description.model import Geometry
+from roboyard.description.model import Geometry, Mesh
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
@@ -110,7 +110,10 @@ def _is_same(old: Any, new: Any) -> bool:
 
 def _keep_textures(looks: dict[int, list[ShapeAppearance]]) -> None:
     for look in (look for of_link in looks.values() for look in of_link):
-        shape = look.shape
+        shape, geometry = look.shape, look.geometry
+        path = geometry.path if isinstance(geometry, Mesh) else None
+        if path is not None and path.suffix.lower() != ".obj":
+            continue  # Bullet reads images of no other file
         if shape.texture is None and shape.mesh.texture is not None:
             look.shape = replace(shape, texture=shape.mesh.texture)
 
