@@ -118,10 +118,11 @@ def test_a_drop_of_n_steps(client: int, gravity: tuple[float, float, float]) -> 
     assert position == pytest.approx([g * dt * dt * n * (n + 1) / 2 for g in gravity], rel=1e-6, abs=1e-9)
 
 
-def test_a_fixed_body_has_no_velocity(client: int) -> None:
+def test_a_fixed_body_has_the_velocity_that_it_was_given(client: int) -> None:
     body = offset_body(p, mass=0.0)
-    p.resetBaseVelocity(body, [1, 1, 1], [1, 1, 1])
     assert p.getBaseVelocity(body) == ((0, 0, 0), (0, 0, 0))
+    p.resetBaseVelocity(body, [1, 1, 1], [1, 1, 1])
+    assert np.array(p.getBaseVelocity(body)) == pytest.approx(np.ones((2, 3)))
 
 
 def test_lists_of_another_length_count_as_zeros(client: int) -> None:

@@ -14,7 +14,7 @@ from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.face.arguments import quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import error, failure
-from roboyard.pybullet.state.body_records import RIGID_BODY
+from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
 from roboyard.pybullet.state.frames import cross, inertial_pose, rotated
 from roboyard.transforms import conjugate, multiply, rotate
 
@@ -205,7 +205,8 @@ def resetBaseVelocity(
 ) -> None:
     """Set the velocity of the base's centre of mass (m/s) and its angular velocity (rad/s), world frame.
 
-    A list of another length than 3 counts as three zeros. An unknown body is ignored.
+    A fixed base then moves with this velocity, whatever pushes it, and takes along what rests on it. A list of
+    another length than 3 counts as three zeros. An unknown body is ignored.
 
     Raises:
         error: neither velocity is given.
@@ -223,7 +224,12 @@ def resetBaseVelocity(
         record.soft.velocities = np.broadcast_to(linear, (len(record.soft.masses), 3))
         scene.frames_are_old = True
     if record.free_velocity is None:
-        return
+        if record.kind == RIGID_BODY or record.soft is not None or has_plane(record):
+            return
+        if not any(linear or ()) and not any(angular or ()):
+            return
+        scene.carry_base(record)
+        record = scene.ready(objectUniqueId, "error in resetJointState.")
     if linear is None or angular is None:
         old_linear, old_angular = _center_velocity(record)
         linear = old_linear if linear is None else linear

@@ -7,12 +7,12 @@ from math import nan
 from typing import TYPE_CHECKING, Any
 
 from roboyard.description.mass_properties import link_masses, trace_mass
-from roboyard.description.model import Inertial, Plane
+from roboyard.description.model import Inertial
 from roboyard.pybullet.bullet_rules.shape_inertia import shape_moments
 from roboyard.pybullet.face.arguments import check_finite, number, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.body_records import RIGID_BODY
+from roboyard.pybullet.state.body_records import IMMOVABLE_MASS, RIGID_BODY, has_plane
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
-IMMOVABLE_MASS = 1e6
-"""Mass (kg) and moments (kg m²) of a movable base while its mass is 0, so that no force moves it."""
 
 
 @command()
@@ -191,7 +189,7 @@ def _set_mass(
     if is_known and moments == state.moments:
         return
     state.mass, state.moments = float(mass), moments
-    if mass > 0.0 and link == -1 and record.model.fixed_base and not _has_plane(record):
+    if mass > 0.0 and link == -1 and record.model.fixed_base and not has_plane(record):
         scene.free_base(record)
     scene.disable_gravity(record, link, mass == 0.0)
     if mass == 0.0 and link == -1 and not record.model.fixed_base:
@@ -205,11 +203,6 @@ def _set_mass(
     x, y, z = moments
     inertial = Inertial(mass=mass, origin=state.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
     record.body.links[link + 1].set_inertial(inertial)
-
-
-def _has_plane(record: BodyRecord) -> bool:
-    shapes = record.model.description.links[0].collisions
-    return any(isinstance(shape.geometry, Plane) for shape in shapes)
 
 
 def _set_friction(

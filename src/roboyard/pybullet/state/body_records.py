@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from roboyard._records import dataclass
-from roboyard.description.model import Pose
+from roboyard.description.model import Plane, Pose
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
@@ -36,6 +36,8 @@ CONTACT_STIFFNESS, CONTACT_DAMPING = 1e4, 1.0
 DEFAULT_DAMPING = 0.04
 DEFAULT_IMPULSE = {0: 1.0, 1: 1.0, 2: 1000.0}
 """Largest impulse per step of the default motor of a joint, by joint type (N m s or N s)."""
+IMMOVABLE_MASS = 1e6
+"""Mass (kg) and moments (kg m²) of a movable base that no force moves."""
 MULTIBODY, RIGID_BODY = 2, 1
 HIDDEN_JOINT = -1
 """Type of a joint that scripts cannot access; it has no motor."""
@@ -312,6 +314,12 @@ class BodyRecord:
         """Return the slice of a joint in qvel."""
         start = self.velocity_addresses[joint]
         return slice(start, start + VELOCITY_COUNT[self.joint_type(joint)])
+
+
+def has_plane(record: BodyRecord) -> bool:
+    """Return whether the base of a body is an infinite plane, which cannot move."""
+    shapes = record.model.description.links[0].collisions
+    return any(isinstance(shape.geometry, Plane) for shape in shapes)
 
 
 def _contact_of(model: BodyModel, index: int) -> dict[str, Any]:

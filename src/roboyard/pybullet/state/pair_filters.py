@@ -114,6 +114,15 @@ class PairFilters:
                     self._never.add((min(one, other), max(one, other)))
                     self._set(one, other, False)
 
+    def take_for_static(self, body: int) -> None:
+        """Let a base that was fixed and now moves pass through fixed bases, as before."""
+        place = body, -1
+        for other in (*((number, -1) for number in self._bodies), *self._taken_for_static):
+            if other != place and (other in self._taken_for_static or self._is_static(*other)):
+                self._never.add((min(place, other), max(place, other)))
+                self._set(place, other, False)
+        self._taken_for_static.add(place)
+
     def remove_body(self, body: int) -> None:
         """Drop the filters of a body that was removed."""
         self._never = {pair for pair in self._never if body not in (pair[0][0], pair[1][0])}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from roboyard.description.model import Inertial
 from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches, shape_boxes
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.bullet_rules.models import BodyModel
@@ -13,7 +14,7 @@ from roboyard.pybullet.bullet_rules.picture_light import SolidScene
 from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
+from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, IMMOVABLE_MASS, MULTIBODY, BodyRecord
 from roboyard.pybullet.state.constraint_records import ConstraintRecord
 from roboyard.pybullet.state.engine_parameters import CONTACT_ERP, ERP, RESIDUAL, EngineParameters
 from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
@@ -187,6 +188,16 @@ class PhysicsScene:
         record.body.free_base()
         record.model.fixed_base = False
         self.set_damping(record, record.linear_damping, record.angular_damping)
+
+    def carry_base(self, record: BodyRecord) -> None:
+        """Let a fixed base have a velocity, which nothing changes; it touches no other fixed base."""
+        record.body.free_base()
+        self.filters.take_for_static(record.number)
+        self.disable_gravity(record, -1, True)
+        heavy = (IMMOVABLE_MASS, 0.0, 0.0, IMMOVABLE_MASS, 0.0, IMMOVABLE_MASS)
+        record.body.links[0].set_inertial(
+            Inertial(mass=IMMOVABLE_MASS, origin=record.links[0].frame, inertia=heavy)
+        )
 
     def disable_gravity(self, record: BodyRecord, link: int, disabled: bool) -> None:
         """Disable (or enable) gravity and damping of a link."""
