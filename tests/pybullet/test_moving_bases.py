@@ -34,7 +34,7 @@ def test_a_belt_takes_along_what_lies_on_it(client: int) -> None:
     assert p.getDynamicsInfo(belt, -1)[0] == 0.0
 
 
-def test_fixed_things_do_not_stop_it(client: int) -> None:
+def test_fixed_objects_do_not_stop_it(client: int) -> None:
     p.setGravity(0, 0, -9.8)
     p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
     _box(0, [0.1, 1, 0.5], [0.6, 0, 0.5])
