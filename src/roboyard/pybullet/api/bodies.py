@@ -205,8 +205,8 @@ def resetBaseVelocity(
 ) -> None:
     """Set the velocity of the base's centre of mass (m/s) and its angular velocity (rad/s), world frame.
 
-    A fixed base then moves with this velocity, which nothing changes, and takes along what is on it. A list of
-    another length than 3 counts as three zeros. An unknown body is ignored.
+    A fixed base then moves with this velocity, which nothing changes, and takes along what is on it. A list
+    of another length than 3 counts as three zeros. An unknown body is ignored.
 
     Raises:
         error: neither velocity is given.
