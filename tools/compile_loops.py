@@ -2,8 +2,8 @@
 
     python tools/compile_loops.py
 
-Loops that are stored already are left alone. Each process takes one module after another, the largest first:
-loops of one module share the functions that they call.
+Loops that are stored already are left alone. Each process takes one module after another, those first that
+are compiled from most source: loops of one module share the functions that they call.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from pathlib import Path
 import roboyard
 from roboyard.native import Kernel
 from roboyard.native.callbacks import Callback
+from roboyard.native.called import source_of
 from roboyard.native.fronts import Front
 
 PACKAGE = Path(roboyard.__file__).parent
@@ -34,10 +35,18 @@ def main() -> None:
 
 
 def modules_with_loops() -> list[str]:
-    """Return the names of the modules with decorated loops, the largest first."""
+    """Return the names of the modules with decorated loops, those with the longest sources first."""
     found = [path for path in PACKAGE.rglob("*.py") if DECORATED.search(path.read_text(encoding="utf-8"))]
-    found.sort(key=lambda path: -path.stat().st_size)
-    return [".".join(("roboyard", *path.relative_to(PACKAGE).with_suffix("").parts)) for path in found]
+    names = [".".join(("roboyard", *path.relative_to(PACKAGE).with_suffix("").parts)) for path in found]
+    return sorted(names, key=lambda name: -length_of_sources(name))
+
+
+def length_of_sources(name: str) -> int:
+    """Return the length of a module and of all source files that its loops are compiled from."""
+    module = importlib.import_module(name)
+    loops = [value for value in vars(module).values() if isinstance(value, Kernel)]
+    parts = [part for loop in loops if loop.__module__ == name for part in source_of(loop.py_func)]
+    return Path(str(module.__file__)).stat().st_size + sum(len(part) for part in parts)
 
 
 def compile_module(name: str) -> int:

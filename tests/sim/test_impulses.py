@@ -9,10 +9,10 @@ from sim_robots import arm
 
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
-from roboyard.sim.stepping import impulse_kernels as kernels
 from roboyard.sim.stepping import kernels as step_kernels
 from roboyard.sim.stepping import sequential_motors
-from roboyard.sim.stepping.impulse_records import BLOCK, LINES
+from roboyard.sim.stepping.impulses import inertia, solving
+from roboyard.sim.stepping.impulses.records import BLOCK, LINES
 
 
 def problem(seed: int) -> dict[str, np.ndarray]:
@@ -88,11 +88,11 @@ def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, rounds: int)
             across = np.zeros((10, width))
             across[:, :10] = response.T
             given["response"] = across
-            kernels.solve_by_table(
+            solving.solve_by_table(
                 *given.values(), rounds, 0.0, np.zeros((10, width)), np.zeros((LINES, width)), change
             )
         else:
-            kernels.solve_in_turn(*given.values(), rounds, 0.0, np.zeros(10), np.zeros(2), change)
+            solving.solve_in_turn(*given.values(), rounds, 0.0, np.zeros(10), np.zeros(2), change)
         assert np.allclose(given["goals"][:, 3], expected, atol=1e-12)
         assert np.allclose(change, expected @ response, atol=1e-12)
 
@@ -117,7 +117,7 @@ def test_forces_alone_accelerate_as_in_mujoco() -> None:
     mujoco.mj_step1(model, data)
     solver = world.stepping.in_turn
     solver.prepare(model, data, world.timestep)
-    kernels.accelerate(solver._mechanism, solver._state, solver._surface, solver._solver)
+    inertia.accelerate(solver._mechanism, solver._state, solver._surface, solver._solver)
     ours = data.qfrc_smooth.copy(), data.qacc_smooth.copy()
     step_kernels.add_damping(
         *(solver._surface.damping, model.body_mass, model.body_inertia, model.body_rootid, data.cvel),
@@ -140,7 +140,7 @@ def test_many_efforts_are_divided_by_the_inertia_at_once(blocks: int) -> None:
     across = np.random.default_rng(2).normal(size=(model.nv, BLOCK * blocks))
     wanted = np.zeros((BLOCK * blocks, model.nv))
     mujoco.mj_solveM(model, data, wanted, across.T.copy())
-    kernels.solve_inertia_across(solver._mechanism, solver._state, across, blocks)
+    inertia.solve_inertia_across(solver._mechanism, solver._state, across, blocks)
     np.testing.assert_allclose(across.T, wanted, rtol=1e-9)
 
 

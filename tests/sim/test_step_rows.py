@@ -12,7 +12,7 @@ from sim_robots import arm
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import step_row_kernels, step_rows
-from roboyard.sim.stepping.impulse_records import DENSE, EXTRA
+from roboyard.sim.stepping.impulses.records import DENSE, EXTRA
 from roboyard.sim.stepping.step_rows import ROWS, StepRows
 
 SCENE = """<mujoco><option cone="elliptic"/><worldbody><geom type="plane" size="1 1 1"/>

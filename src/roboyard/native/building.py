@@ -34,9 +34,11 @@ _WORDS = Argument("int64", 1, is_contiguous=True)
 """A bundle's addresses and integers."""
 FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
 """LLVM's freedoms that keep infinite and undefined numbers as they are."""
+WITHIN: dict[str, Any] = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Options of functions that compiled ones call: what numba adds for calls from elsewhere takes it longer."""
 
 
-_made: dict[tuple[FunctionType, bool, bool, bool, bool], Any] = {}
+_made: dict[tuple[FunctionType, bool, bool, bool, bool, bool], Any] = {}
 """Source and options to numba's function, which several loops may call."""
 
 
@@ -47,6 +49,7 @@ def jit(
     no_nan: bool = False,
     is_part: bool = False,
     from_start: bool = False,
+    is_within: bool = False,
 ) -> Any:
     """Return a Python function compiled by numba, with the functions of its package that it calls.
 
@@ -57,8 +60,10 @@ def jit(
         is_part: whether it becomes part of those that call it. A call would copy nine words for each array
             that is passed, a hundred and more for a record of arrays.
         from_start: whether it is compiled within `_indices_from_start`, apart from where it is not.
+        is_within: whether only compiled functions call it, as they do parts.
     """
-    key = function, fast_math, no_nan, is_part, from_start
+    is_within = is_within or is_part
+    key = function, fast_math, no_nan, is_part, from_start, is_within
     if key not in _made:
         names = dict(function.__globals__)
         for name, source in called_functions(function):
@@ -70,8 +75,8 @@ def jit(
         copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
         freedoms = (FAST_MATH if fast_math else set()) | ({"nnan"} if no_nan else set())
         # Arrays that are passed have no owner here, and none are created: references are not counted.
-        options: dict[str, Any] = {"error_model": "numpy", "fastmath": freedoms or False, "_nrt": False}
-        options["forceinline"] = is_part
+        options: dict[str, Any] = dict(WITHIN) if is_within else {"error_model": "numpy"}
+        options |= {"fastmath": freedoms or False, "_nrt": False, "forceinline": is_part}
         _made[key] = njit(**options)(copy)
     return _made[key]
 
@@ -97,18 +102,30 @@ def machine_code(
         is_small: whether code and constants stand within 2 GiB of each other, else anywhere.
     """
     if isinstance(signature, EntrySignature):
-        options: dict[str, Any] = {"error_model": "numpy", "forceinline": True}
-        own: dict[str, Any] = {"part": njit(**options), "words": _words, "word": _word, "np": np}
-        own |= {"_loop": jit(function), "matrix": _view(Argument("float64", 2))}
+        own: dict[str, Any] = {
+            "part": njit(**WITHIN, forceinline=True),
+            "words": _words,
+            "word": _word,
+            "np": np,
+        }
+        own |= {"_loop": jit(function, is_within=True), "matrix": _view(Argument("float64", 2))}
         own |= {"numbers": _view(Argument("float64", 1)), "integers": _view(Argument("int64", 1))}
         return _compiled(signature.source, own | PYTHON, 4, name, is_small)
     from_start = isinstance(signature, Signature) and signature.from_start
-    loop = jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan, from_start=from_start)
+    loop = jit(
+        function,
+        fast_math=signature.fast_math,
+        no_nan=signature.no_nan,
+        from_start=from_start,
+        is_within=True,
+    )
     values: dict[str, Any] = {"_loop": loop, "np": np, **PYTHON}
     if isinstance(signature, FrontSignature):
         from roboyard.native.front_entries import front_source, helpers
 
-        return _compiled(front_source(signature), values | helpers(), 4, name, is_small)
+        return _compiled(
+            front_source(signature), values | helpers(njit(**WITHIN, _nrt=False)), 4, name, is_small
+        )
     if isinstance(signature, CallbackSignature):
         return _compiled_callback(signature, values, name, is_small)
     for k, argument in enumerate(signature.arguments):
@@ -365,4 +382,4 @@ def _view(argument: Argument) -> Any:
     return np.lib.stride_tricks.as_strided(flat, ({shape},), ({strides},))"""
     values: dict[str, Any] = {"carray": carray, "_pointer": _pointer, "np": np, "kind": kind}
     exec(compile(source, "<view>", "exec"), values)  # noqa: S102 - our own source
-    return njit(error_model="numpy")(values["view"])
+    return njit(**WITHIN)(values["view"])

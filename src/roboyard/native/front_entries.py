@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from roboyard.native.entry_parts import HAS_LENGTH, ITEM
 from roboyard.native.python_functions import PYTHON
@@ -32,13 +32,12 @@ def is_ignored(keywords, name):
 """
 
 
-def helpers() -> dict[str, Any]:
-    """Return name to compiled function of what an entry calls."""
+def helpers(part: Callable[[Any], Any]) -> dict[str, Any]:
+    """Return name to compiled function of what an entry calls; `part` compiles one."""
     values: dict[str, Any] = {"np": np, **PYTHON}
     exec(compile(_HELPERS + ITEM + HAS_LENGTH, "<front>", "exec"), values)  # noqa: S102 - our own source
-    options: dict[str, Any] = {"error_model": "numpy", "_nrt": False}
     names = ("number", "item", "has_length", "is_ignored")
-    return {name: njit(**options)(values[name]) for name in names}
+    return {name: part(values[name]) for name in names}
 
 
 def front_source(signature: FrontSignature) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from roboyard.native import compiled
-from roboyard.sim.stepping.impulse_records import SEARCH
+from roboyard.sim.stepping.impulses.records import SEARCH
 from roboyard.sim.stepping.step_row_kernels import ROWS, find_rows
 
 

@@ -18,7 +18,7 @@ from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
-from roboyard.sim.stepping.impulse_records import EXTRA, HELD, NOTES, PAIRS, TABLE, Points
+from roboyard.sim.stepping.impulses.records import EXTRA, HELD, NOTES, PAIRS, TABLE, Points
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.transforms import Array
 

@@ -19,13 +19,15 @@ from roboyard._lazy import lazy_module
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
-from roboyard.sim.stepping import impulse_records as r
 from roboyard.sim.stepping.constraints import Constraints
+from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 
-kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
+keeping = lazy_module("roboyard.sim.stepping.impulses.keeping")
+order = lazy_module("roboyard.sim.stepping.impulses.order")
+solving = lazy_module("roboyard.sim.stepping.impulses.solving")
 
 LIMIT, MOTOR, EQUALITY = range(3)
 _LINE = 64
@@ -100,8 +102,7 @@ class SequentialMotors:
         Returns:
             Whether these are all rows, so that MuJoCo's solver has nothing left to do.
         """
-        arranged = kernels().ARRANGE
-        return self.execute(found, arranged, arranged) == kernels().DONE
+        return self.execute(found, r.ARRANGE, r.ARRANGE) == r.DONE
 
     def finish(self, found: StepRows, *, remade: bool = False) -> None:
         """Compute accelerations and forces after `arrange`, where its rows are all.
@@ -110,8 +111,7 @@ class SequentialMotors:
             found: the contacts and rows.
             remade: whether the rows were made again, without their velocities.
         """
-        loops = kernels()
-        self.execute(found, loops.ASK, loops.SOLVE, remade=1 if remade else 0)
+        self.execute(found, r.ASK, r.SOLVE, remade=1 if remade else 0)
 
     def solve(self, found: StepRows) -> None:
         """Solve the rows that are arranged, after `mj_fwdAcceleration`.
@@ -119,11 +119,11 @@ class SequentialMotors:
         The solution is written where these are all rows; `write` does it otherwise, after MuJoCo's solver.
         """
         if self._solver.ends.item(5) >= 0:
-            self.execute(found, kernels().SOLVE, kernels().SOLVE)
+            self.execute(found, r.SOLVE, r.SOLVE)
 
     def hand_over(self, found: StepRows) -> None:
         """Write what rows ask for into MuJoCo's, which its solver is given; they must be in its block."""
-        self.execute(found, kernels().HAND_OVER, kernels().HAND_OVER)
+        self.execute(found, r.HAND_OVER, r.HAND_OVER)
 
     def correct_slides(self, found: StepRows, acceleration: np.ndarray, timestep: float) -> float:
         """Remove the lift of sliding contacts after MuJoCo's solver; return the largest change (m/s).
@@ -133,12 +133,12 @@ class SequentialMotors:
             acceleration: (nefc,) of rows, m/s² or rad/s².
             timestep: duration of the step (s).
         """
-        return kernels().correct_slides(
+        return order().correct_slides(
             found.rows, found.contacts, found.search, self._surface, acceleration, timestep
         )
 
     def execute(self, found: StepRows, first: int, last: int, remade: int = 0) -> int:
-        """Execute parts of a step in the compiled loop of that name; return what it returns.
+        """Execute parts of a step in the compiled loops `keep` and `execute`; return their last answer.
 
         Args:
             found: the contacts and rows.
@@ -146,7 +146,6 @@ class SequentialMotors:
             last: part to end with.
             remade: 1 where rows were made again, without their velocities.
         """
-        loops = kernels()
         while True:
             if not found.is_direct:
                 found.look()
@@ -157,16 +156,20 @@ class SequentialMotors:
                 or bundle.records[2] is not found.search
                 or bundle.records[5] is not self._manifolds.points
             ):
-                bundle = self._bundle = loops.EVERYTHING.of(
+                bundle = self._bundle = r.EVERYTHING.of(
                     *(found.rows, found.contacts, found.search, self._mechanism, self._state),
                     *(self._manifolds.points, self._surface, self._solver),
                 )
-            answer = loops.execute(bundle, first, last, remade)
-            if answer == loops.DONE:
-                return answer
-            if answer == loops.ROOM:
+            answer = r.DONE
+            if first == r.KEEP:
+                answer = keeping().keep(bundle)
+                if answer == r.DONE:
+                    first = r.ARRANGE
+            if answer == r.DONE and last > r.KEEP:
+                answer = order().execute(bundle, first, last, remade)
+            if answer == r.ROOM:
                 self._grow(*found.look()[:: len(found.counts) - 1])
-            elif answer == loops.LOST:
+            elif answer == r.LOST:
                 found.leave_memory()
             else:
                 return answer
@@ -177,7 +180,7 @@ class SequentialMotors:
         if mechanism is None or solver.ends.item(5) < 0:
             return
         start, count = found.rows.starts[9], found.counts[-1]
-        kernels().write_solution(
+        solving().write_solution(
             *(solver.order, solver.goals, solver.ends, solver.jacobian, solver.change, state.smooth),
             *(solver.taken, mechanism.dof_tree, mechanism.tree_dof, mechanism.tree_dofs, timestep),
             *(state.qacc, found.rows.force[start : start + count], state.constraint),

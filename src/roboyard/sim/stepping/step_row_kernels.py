@@ -67,3 +67,13 @@ def find_rows(words, places, counts, starts, address, size, contact, degrees):  
         else:
             starts[k] = offset // width
     return 1
+
+
+def are_found(search):
+    """Return whether the arrays of rows are where they were, or passed as such; see `find_rows`."""
+    if search.places.shape[0] == 0:
+        return True
+    return find_rows(
+        search.words, search.places, search.counts, search.starts, search.address, search.size,
+        search.contact, search.degrees,
+    ) == 1  # fmt: skip

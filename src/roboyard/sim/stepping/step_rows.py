@@ -18,7 +18,7 @@ import mujoco
 import numpy as np
 
 from roboyard.sim.stepping import step_row_kernels as kernels
-from roboyard.sim.stepping.impulse_records import Search
+from roboyard.sim.stepping.impulses.records import Search
 from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
 
 ROWS = (

@@ -15,7 +15,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link
 from roboyard.sim.soft.soft_bodies import SoftBodies
-from roboyard.sim.stepping.impulse_records import Surface
+from roboyard.sim.stepping.impulses.records import Surface
 from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")

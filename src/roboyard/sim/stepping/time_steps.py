@@ -16,6 +16,7 @@ from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.fast_turns import FastTurns
+from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.sequential_motors import SequentialMotors
@@ -27,7 +28,6 @@ from roboyard.sim.stepping.wrenches import Wrenches
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
 effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
-impulse_kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
 log = LazyLogger("roboyard.simulation")
 
@@ -221,27 +221,26 @@ class Stepping:
         if self._is_bounded:
             self.constraints.prepare(model)
         mujoco.mj_step1(model, data)
-        loops = impulse_kernels()
         slides = self._slides
-        answer = in_turn.execute(found, loops.KEEP, loops.KEEP if slides else loops.SOLVE)
-        remade = answer in (loops.POINTS_ARE_NEW, loops.ROWS_ARE_OLD)
-        if answer == loops.POINTS_ARE_NEW:
+        answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.HAND_OVER)
+        remade = answer in (r.POINTS_ARE_NEW, r.ROWS_ARE_OLD)
+        if answer == r.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
         if remade:
             mujoco.mj_makeConstraint(model, data)
         if slides:
             self.constraints.free_axes(model, data)
         if remade or slides:
-            answer = in_turn.execute(found, loops.ARRANGE, loops.SOLVE, remade=int(remade))
-        if answer == loops.DONE:
+            answer = in_turn.execute(found, r.ARRANGE, r.SOLVE, remade=int(remade))
+        if answer == r.DONE:
             mujoco.mj_Euler(model, data)
             return
         if remade:
             self._complete_rows(model, data, found)
-        if answer != loops.HANDED_OVER and found.is_direct:
+        if answer != r.HANDED_OVER and found.is_direct:
             in_turn.hand_over(found)
-            answer = loops.HANDED_OVER
-        if answer == loops.HANDED_OVER:
+            answer = r.HANDED_OVER
+        if answer == r.HANDED_OVER:
             self._finish_in_block(model, data, found, timestep)
         else:
             self._finish(model, data, found, timestep, slides=False, alone=False)

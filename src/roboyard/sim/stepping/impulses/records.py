@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roboyard.native import record
+from roboyard.native import Bundle, record
+from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 
 (
     TIMESTEP,
@@ -35,6 +36,12 @@ DENSE = 128
 """Most rows whose influence on each other is kept as a table; so few are solved in turn wholly."""
 BLOCK = 8
 """Numbers of rows are rounded up to a multiple of it, so that loops over them have no rest."""
+KEEP, ARRANGE, ASK, SOLVE, HAND_OVER = range(5)
+"""Parts of a step, in order: `keep`, then those of `execute`."""
+DONE, ROOM, POINTS_ARE_NEW, ROWS_ARE_OLD, OTHERS, HANDED_OVER, LOST = range(7)
+"""Answers of both: all is done; arrays are too short; points must be added to MuJoCo's contacts; it must make
+rows again, since contacts were moved or added; its solver has rows to solve; they are handed over to it, too;
+its arrays are not where they were."""
 
 
 class Search(NamedTuple):
@@ -212,3 +219,5 @@ SOLVER = record(
     "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] f8[:,::1] f8[:,::1] f8[:,::1]"
     " f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[:,::1]",
 )
+EVERYTHING = Bundle((ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER))
+"""Arrays of a step."""

@@ -1,0 +1,1 @@
+"""Constraint rows solved one after the other, as an impulse solver does."""

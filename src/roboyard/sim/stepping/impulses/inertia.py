@@ -1,0 +1,78 @@
+"""Dividing efforts by the inertia of kinematic trees, and the accelerations by forces alone."""
+
+from __future__ import annotations
+
+from roboyard.sim.stepping.impulses.records import BLOCK
+from roboyard.sim.stepping.kernels import drag_on
+
+
+def accelerate(mechanism, state, surface, solver):  # pragma: no cover
+    """Write the forces on degrees of freedom but those of constraints, drag among them, and what they do.
+
+    Does what MuJoCo's `mj_fwdAcceleration` does after `add_damping`, with the forces on links summed up
+    along the trees.
+    """
+    force, wrenches, parent = state.smooth_force, solver.wrenches, mechanism.body_parent
+    for d in range(force.shape[0]):
+        force[d] = state.passive[d] - state.bias[d] + state.applied[d] + state.actuated[d]
+    for b in range(1, parent.shape[0]):
+        c = mechanism.body_root[b]
+        fx, fy, fz, tx, ty, tz = drag_on(
+            b, c, surface.damping, mechanism.mass, mechanism.inertia, state.cvel, state.xipos, state.ximat,
+            state.subtree_com,
+        )  # fmt: skip
+        fx, fy, fz = fx + state.wrench[b, 0], fy + state.wrench[b, 1], fz + state.wrench[b, 2]
+        rx = state.xipos[b, 0] - state.subtree_com[c, 0]
+        ry = state.xipos[b, 1] - state.subtree_com[c, 1]
+        rz = state.xipos[b, 2] - state.subtree_com[c, 2]
+        wrenches[b, 0] = tx + state.wrench[b, 3] + ry * fz - rz * fy
+        wrenches[b, 1] = ty + state.wrench[b, 4] + rz * fx - rx * fz
+        wrenches[b, 2] = tz + state.wrench[b, 5] + rx * fy - ry * fx
+        wrenches[b, 3], wrenches[b, 4], wrenches[b, 5] = fx, fy, fz
+    for i in range(1, parent.shape[0]):
+        b = parent.shape[0] - i
+        if parent[b] > 0:
+            for k in range(6):
+                wrenches[parent[b], k] += wrenches[b, k]
+    for d in range(force.shape[0]):
+        b = mechanism.dof_body[d]
+        for k in range(6):
+            force[d] += state.cdof[d, k] * wrenches[b, k]
+        state.smooth[d] = force[d]
+    solve_inertia(mechanism, state, state.smooth, 0, force.shape[0])
+
+
+def solve_inertia(mechanism, state, x, start, stop):  # pragma: no cover
+    """Divide efforts (nv,) of whole trees, dofs start ... stop, by the inertia: accelerations, in place."""
+    for i in range(stop - 1, start - 1, -1):
+        if x[i] != 0.0:
+            first = mechanism.factor_start[i]
+            for a in range(first, first + mechanism.factor_count[i] - 1):
+                x[mechanism.factor_column[a]] -= state.factor[a] * x[i]
+    for i in range(start, stop):
+        x[i] *= state.factor_inverse[i]
+        first = mechanism.factor_start[i]
+        for a in range(first, first + mechanism.factor_count[i] - 1):
+            x[i] -= state.factor[a] * x[mechanism.factor_column[a]]
+
+
+def solve_inertia_across(mechanism, state, across, blocks):  # pragma: no cover
+    """Do what `solve_inertia` does for many efforts at once: across is (nv, n), of whole blocks of rows."""
+    nv = state.qvel.shape[0]
+    for i in range(nv - 1, -1, -1):
+        first = mechanism.factor_start[i]
+        for a in range(first, first + mechanism.factor_count[i] - 1):
+            add_line(across, mechanism.factor_column[a], across, i, -state.factor[a], blocks)
+    for i in range(nv):
+        inverse = state.factor_inverse[i]
+        for k in range(BLOCK * blocks):
+            across[i, k] *= inverse
+        first = mechanism.factor_start[i]
+        for a in range(first, first + mechanism.factor_count[i] - 1):
+            add_line(across, i, across, mechanism.factor_column[a], -state.factor[a], blocks)
+
+
+def add_line(lines, to, others, line, factor, blocks):
+    """Add a multiple of a line to another, of so many blocks of numbers."""
+    for k in range(BLOCK * blocks):
+        lines[to, k] += factor * others[line, k]

@@ -1,0 +1,83 @@
+"""The compiled loop that keeps the points of a step's contacts, the first part of a step."""
+
+from __future__ import annotations
+
+from roboyard.native import compiled
+from roboyard.sim.stepping.impulses.records import (
+    DONE,
+    EVERYTHING,
+    EXTRA,
+    HELD,
+    KEEPS_POINTS,
+    LOST,
+    PAIRS,
+    POINTS_ARE_NEW,
+    ROOM,
+    ROWS_ARE_OLD,
+    SEEN,
+    TABLE,
+)  # fmt: skip
+from roboyard.sim.stepping.manifold_kernels import (
+    copy_contacts,
+    drop_gaps,
+    keep_points,
+    round_edges,
+    write_points,
+)
+from roboyard.sim.stepping.step_row_kernels import are_found
+
+
+@compiled(EVERYTHING, "-> i8", fast_math=True, from_start=True)
+def keep(rows, contacts, search, mechanism, state, points, surface, solver):  # pragma: no cover
+    """Move contacts and keep their points, before MuJoCo's rows are used; return what is to be done next."""
+    if not are_found(search):
+        return LOST
+    contact_count, rules = search.counts[0], solver.rules
+    if contact_count > points.keys.shape[1] and rules[KEEPS_POINTS] > 0.0:
+        return ROOM
+    points.notes[EXTRA] = 0
+    moved = 0
+    if surface.boxes.shape[0] > 0:
+        moved = round_edges(
+            contacts, contact_count, mechanism.geom_type, mechanism.geom_body, state.xpos, state.xmat,
+            surface.boxes, surface.rounding,
+        )  # fmt: skip
+        drop_gaps(
+            contacts, contact_count, mechanism.geom_type, mechanism.geom_body, state.xpos, state.xmat,
+            surface.margins, surface.boxes, surface.compound,
+        )  # fmt: skip
+    if contact_count == 0:
+        points.notes[PAIRS] = 0
+    elif rules[KEEPS_POINTS] > 0.0:
+        now = points.notes[TABLE]
+        following = 1 - now
+        points.notes[EXTRA] = keep_points(
+            contacts, contact_count, points.kinds, mechanism.geom_type, mechanism.geom_body, state.xpos,
+            state.xmat, surface.margins, surface.reaches, surface.anchors, rules[SEEN],
+            points.notes[PAIRS], points.keys[now], points.counts[now], points.points[now],
+            points.keys[following], points.counts[following], points.points[following], points.fresh,
+            points.source, points.extra, points.slots, points.notes,
+        )  # fmt: skip
+        points.notes[TABLE] = following
+        if points.notes[HELD] > 0:
+            moved = 1
+        if points.notes[EXTRA] > 0:
+            return ROWS_ARE_OLD if add_points(rows, contacts, search, points) else POINTS_ARE_NEW
+    return ROWS_ARE_OLD if moved == 1 else DONE
+
+
+def add_points(rows, contacts, search, points):
+    """Add the points that are kept besides MuJoCo's contacts to these, in its block; return whether it could.
+
+    Does what MuJoCo's `mj_addContact` does: contacts overwrite the rows, which have to be made again.
+    """
+    before, extra = search.counts[0], points.notes[EXTRA]
+    total = before + extra
+    if search.places.shape[0] == 0 or total * search.contact > search.size:
+        return False
+    for k in range(search.counts.shape[0]):
+        search.counts[k] = 0
+    search.counts[0] = total
+    copy_contacts(rows.kind, search.contact // 4, total, extra, points.source)
+    write_points(contacts, total, extra, points.extra)
+    return True

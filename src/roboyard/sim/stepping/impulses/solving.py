@@ -1,0 +1,328 @@
+"""Compiled loops that solve the rows of a step one after the other, as an impulse solver does."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roboyard.native import compiled
+from roboyard.sim.stepping.impulses.inertia import add_line, solve_inertia, solve_inertia_across
+from roboyard.sim.stepping.impulses.records import (
+    BLOCK,
+    CUT,
+    DENSE,
+    ERP,
+    HIGH,
+    IMPULSE,
+    INVERSE,
+    LOW,
+    OWN,
+    RESIDUAL,
+    ROUNDS,
+    SLOW,
+    TIMESTEP,
+    WISH,
+)
+from roboyard.sim.stepping.impulses.rows import contact_rows, set_goals
+
+
+def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma: no cover
+    """Write what each row asks for and solve the rows in turn; see `set_goals` and `solve_in_turn`."""
+    at, count, rules = rows.starts, search.counts[4], solver.rules
+    order, ends, goals, jacobian = solver.order, solver.ends, solver.goals, solver.jacobian
+    tree_dof, tree_dofs, timestep = mechanism.tree_dof, mechanism.tree_dofs, rules[TIMESTEP]
+    kind, index = rows.kind[at[0] : at[0] + count], rows.ids[at[1] : at[1] + count]
+    position = rows.position[at[3] : at[3] + count]
+    loss, R = rows.loss[at[4] : at[4] + count], rows.R[at[5] : at[5] + count]
+    velocity = rows.velocity[at[7] : at[7] + count]
+    reference, force = rows.reference[at[8] : at[8] + count], rows.force[at[9] : at[9] + count]
+    geom, address = contacts.geom[: search.counts[0]], contacts.address[: search.counts[0]]
+    contact_rows(
+        geom, address, contacts.dim, contacts.friction, surface.compliance, surface.restitution, R, solver.mu,
+        solver.soft,
+    )  # fmt: skip
+    set_goals(
+        order, kind, index, position, velocity, reference, surface.base, loss, solver.mu, solver.soft,
+        mechanism.dof_joint, mechanism.joint_type, mechanism.joint_qpos, solver.motors, solver.targets,
+        state.qpos, state.qvel, state.smooth, jacobian, ends, tree_dof, tree_dofs, mechanism.equality_bound,
+        mechanism.equality_share, mechanism.equality_aux, rules[ERP], rules[SLOW], timestep, goals,
+    )  # fmt: skip
+    listed = ends[4]
+    if listed <= DENSE:
+        blocks = (listed + BLOCK - 1) // BLOCK
+        across = solver.across
+        for d in range(across.shape[0]):
+            for k in range(BLOCK * blocks):
+                across[d, k] = 0.0
+        for n in range(listed):
+            for side in range(1, 3):
+                tree = order[n, side]
+                if tree >= 0:
+                    for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
+                        across[d, n] = jacobian[n, d]
+        solve_inertia_across(mechanism, state, across, blocks)
+        solve_by_table(
+            order, goals, ends, jacobian, across, tree_dof, tree_dofs, rules[ROUNDS], rules[RESIDUAL],
+            solver.influence, solver.lines, solver.change,
+        )  # fmt: skip
+    else:
+        response = solver.response
+        for n in range(listed):
+            for side in range(1, 3):
+                tree = order[n, side]
+                if tree >= 0:
+                    first, last = tree_dof[tree], tree_dof[tree] + tree_dofs[tree]
+                    for d in range(first, last):
+                        response[n, d] = jacobian[n, d]
+                    solve_inertia(mechanism, state, response[n], first, last)
+        solve_in_turn(
+            order, goals, ends, jacobian, response, tree_dof, tree_dofs, rules[ROUNDS], rules[RESIDUAL],
+            solver.own, solver.step, solver.change,
+        )  # fmt: skip
+    if listed == count:
+        for dof in range(state.qacc.shape[0]):
+            state.qacc[dof] = state.smooth[dof]  # of trees that nothing holds
+            state.constraint[dof] = 0.0
+        write_rows(
+            order, goals, ends, jacobian, solver.change, state.smooth, solver.taken, mechanism.dof_tree,
+            tree_dof, tree_dofs, timestep, state.qacc, force, state.constraint,
+        )  # fmt: skip
+
+
+def solve_in_turn(  # pragma: no cover
+    rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, step, change
+):
+    """Solve row by row, each with the changes of velocity that the others have made, in several rounds.
+
+    Motors and limits are taken backwards and forwards by turns. Rounds end when no row changes its velocity
+    by more than the root of the residual, or after `rounds`: motors of joints with nearly parallel axes, or
+    at their largest impulse, have not converged by then. The two sliding rows of a contact share one bound,
+    the normal's impulse in this round times the coefficient. Returns the number of rounds.
+
+    response: (n, nv) changes of velocity by unit impulses. own: (n,) and step: (2,) or longer, work arrays.
+    change: (nv,) change of velocity, written.
+    """
+    for d in range(change.shape[0]):
+        change[d] = 0.0
+    for n in range(ends[4]):
+        total = 0.0
+        for side in range(1, 3):
+            tree = rows[n, side]
+            if tree >= 0:
+                for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
+                    total += jacobian[n, d] * response[n, d]
+        own[n] = total + goals[n, 4]
+    done = 0.0
+    while done < rounds:
+        worst = 0.0
+        n = 0
+        while n < ends[4]:
+            at = n
+            size = 1
+            if n < ends[0] and done % 2.0 == 0.0:
+                at = ends[0] - 1 - n
+            elif n >= ends[2]:
+                size = 2
+            n += size
+            bound = 0.0
+            if at >= ends[1]:
+                pressed = goals[rows[at, 3], 3]
+                if pressed <= 0.0 and at < ends[3]:
+                    continue
+                bound = goals[at, 2] * max(pressed, 0.0)
+            for k in range(size):
+                m = at + k
+                speed = 0.0
+                for side in range(1, 3):
+                    tree = rows[m, side]
+                    if tree >= 0:
+                        for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
+                            speed += jacobian[m, d] * change[d]
+                step[k] = goals[m, 3]
+                if own[m] > 1e-15:
+                    step[k] += (goals[m, 0] - goals[m, 4] * goals[m, 3] - speed) / own[m]
+            if size == 2:
+                length = np.sqrt(step[0] * step[0] + step[1] * step[1])
+                if length > bound:
+                    step[0] *= bound / length
+                    step[1] *= bound / length
+            elif at >= ends[1]:
+                step[0] = min(max(step[0], -bound), bound)
+            else:
+                step[0] = min(max(step[0], goals[at, 1]), goals[at, 2])
+            for k in range(size):
+                m = at + k
+                delta = step[k] - goals[m, 3]
+                goals[m, 3] = step[k]
+                for side in range(1, 3):
+                    tree = rows[m, side]
+                    if tree >= 0:
+                        for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
+                            change[d] += delta * response[m, d]
+                worst = max(worst, (delta * own[m]) ** 2)
+        done += 1.0
+        if worst <= residual:
+            break
+    return done
+
+
+def solve_by_table(  # pragma: no cover
+    rows, goals, ends, jacobian, across, tree_dof, tree_dofs, rounds, residual, influence, lines, change
+):
+    """Do what `solve_in_turn` does, for a bounded number of rows, with their effect on each other.
+
+    What a row wishes for, the impulse with which it would get what it asks for, is kept up to date.
+
+    across: (nv, n) changes of velocity by unit impulses, n rounded up to whole blocks. influence: (n, n) or
+    larger, what unit impulses of a row take from the wishes of the others, written. lines: (6, n) or longer,
+    work array.
+    """
+    count = ends[4]
+    blocks = (count + BLOCK - 1) // BLOCK
+    for n in range(count):
+        for k in range(BLOCK * blocks):
+            influence[n, k] = 0.0
+        for side in range(1, 3):
+            tree = rows[n, side]
+            if tree >= 0:
+                for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
+                    if jacobian[n, d] != 0.0:
+                        add_line(influence, n, across, d, jacobian[n, d], blocks)
+        own = influence[n, n] + goals[n, 4]
+        lines[OWN, n] = own
+        lines[INVERSE, n] = 1.0 / own if own > 1e-15 else 0.0
+        lines[WISH, n] = goals[n, 0] * lines[INVERSE, n]
+        lines[LOW, n], lines[HIGH, n], lines[IMPULSE, n] = goals[n, 1], goals[n, 2], 0.0
+    for k in range(count, BLOCK * blocks):
+        lines[INVERSE, k] = lines[WISH, k] = 0.0
+    for n in range(count):
+        for k in range(BLOCK * blocks):
+            influence[n, k] *= lines[INVERSE, k]
+        influence[n, n] = 0.0
+    done = 0.0
+    while done < rounds:
+        if done % 2.0 == 1.0:
+            worst = push_each(lines, influence, 0, ends[0], 1, blocks)
+        else:
+            worst = push_each(lines, influence, ends[0] - 1, ends[0], -1, blocks)
+        worst = max(worst, push_each(lines, influence, ends[0], ends[1] - ends[0], 1, blocks))
+        for n in range(ends[1], ends[2]):
+            bound = lines[HIGH, n] * max(lines[IMPULSE, rows[n, 3]], 0.0)
+            if bound > 0.0:
+                impulse = min(max(lines[WISH, n], -bound), bound)
+                worst = max(worst, push(lines, influence, n, impulse, blocks))
+        if ends[2] < count:
+            worst = max(worst, push_pairs(lines, influence, rows, ends[2], ends[3], count, blocks))
+        done += 1.0
+        if worst <= residual:
+            break
+    for n in range(count):
+        goals[n, 3] = lines[IMPULSE, n]
+    for d in range(change.shape[0]):
+        total = 0.0
+        for n in range(count):
+            total += lines[IMPULSE, n] * across[d, n]
+        change[d] = total
+    return done
+
+
+def push(lines, influence, n, impulse, blocks):
+    """Set a row's impulse; return the square of the change of its velocity."""
+    delta = impulse - lines[IMPULSE, n]
+    if delta == 0.0:
+        return 0.0
+    lines[IMPULSE, n] = impulse
+    add_line(lines, WISH, influence, n, -delta, blocks)
+    delta *= lines[OWN, n]
+    return delta * delta
+
+
+def push_each(lines, influence, first, count, step, blocks):
+    """Set the impulses of so many rows within their bounds, one after the other; return the largest change.
+
+    A row's wish is known once those of the rows before it are in it. The processor would wait for each to be
+    written to memory and read again; so the next two wishes are kept besides.
+    """
+    worst = 0.0
+    if count <= 0:
+        return worst
+    n = first
+    wish = lines[WISH, n]
+    following = lines[WISH, n + step] if count > 1 else 0.0
+    for i in range(count):
+        old = lines[IMPULSE, n]
+        impulse = min(max(wish, lines[LOW, n]), lines[HIGH, n])
+        delta = impulse - old
+        after = n + 2 * step if i + 2 < count else n
+        coming = lines[WISH, after] - delta * influence[n, after]
+        wish = following - delta * influence[n, n + step if i + 1 < count else n]
+        following = coming
+        if delta != 0.0:
+            lines[IMPULSE, n] = impulse
+            add_line(lines, WISH, influence, n, -delta, blocks)
+            delta *= lines[OWN, n]
+            worst = max(worst, delta * delta)
+        n += step
+    return worst
+
+
+def push_pairs(lines, influence, rows, first, sliding, stop, blocks):
+    """Do what `push_each` does for pairs of friction rows, which share a bound, of the last ones slid."""
+    worst = 0.0
+    x, y = lines[WISH, first], lines[WISH, first + 1]
+    for n in range(first, stop, 2):
+        after = n + 2 if n + 2 < stop else n
+        next_x, next_y = lines[WISH, after], lines[WISH, after + 1]
+        bound = lines[HIGH, n] * max(lines[IMPULSE, rows[n, 3]], 0.0)
+        if bound > 0.0 or n >= sliding:
+            square = x * x + y * y
+            if square > bound * bound:
+                factor = bound / np.sqrt(square)
+                x *= factor
+                y *= factor
+                lines[CUT, n] = factor  # without a store LLVM takes the root of rows that do not slide, too
+            x -= lines[IMPULSE, n]
+            y -= lines[IMPULSE, n + 1]
+            if x != 0.0 or y != 0.0:
+                next_x -= x * influence[n, after] + y * influence[n + 1, after]
+                next_y -= x * influence[n, after + 1] + y * influence[n + 1, after + 1]
+                lines[IMPULSE, n] += x
+                lines[IMPULSE, n + 1] += y
+                for k in range(BLOCK * blocks):
+                    lines[WISH, k] -= x * influence[n, k] + y * influence[n + 1, k]
+                worst = max(worst, max((x * lines[OWN, n]) ** 2, (y * lines[OWN, n + 1]) ** 2))
+        x, y = next_x, next_y
+    return worst
+
+
+def write_rows(
+    rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc, force,
+    constraint,
+):  # fmt: skip
+    """Write accelerations, forces of rows and constraint forces of dofs of the chosen trees."""
+    for dof in range(qacc.shape[0]):
+        if taken[dof_tree[dof]] == 1:
+            qacc[dof] = smooth[dof] + change[dof] / timestep
+            constraint[dof] = 0.0
+    for n in range(ends[4]):
+        value = goals[n, 3] / timestep
+        force[rows[n, 0]] = value
+        for side in range(1, 3):
+            tree = rows[n, side]
+            if tree >= 0:
+                for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
+                    constraint[d] += jacobian[n, d] * value
+
+
+@compiled(
+    "i4[:,::1] f8[:,::1] i4[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[::1] f8 f8[::1]"
+    " f8[::1] f8[::1]"
+)
+def write_solution(  # pragma: no cover
+    rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc, force,
+    constraint,
+):  # fmt: skip
+    """Write the solution over that of MuJoCo's solver; see `write_rows`."""
+    write_rows(
+        rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc,
+        force, constraint,
+    )  # fmt: skip
