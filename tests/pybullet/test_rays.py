@@ -131,3 +131,23 @@ def test_rays_that_start_in_spheres_heed_masks_and_what_lies_behind(client: int)
         (wall, -1, 1.7 / 3.2)
     )
     assert p.rayTest(starts[0], ends[0])[0][:3] == (ball, -1, 0.0)
+
+
+def test_single_rays_hit_what_many_do_and_what_the_search_through_all_shapes_finds(client: int) -> None:
+    rng = np.random.default_rng(5)
+    boxes = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.3, 0.2, 0.1])
+    for kind in (p.GEOM_SPHERE, p.GEOM_CAPSULE, p.GEOM_CYLINDER):
+        shape = p.createCollisionShape(kind, radius=0.2, height=0.4)
+        for one in (shape, boxes):
+            turn = p.getQuaternionFromEuler(rng.uniform(-3, 3, 3).tolist())
+            p.createMultiBody(1, one, basePosition=rng.uniform(-0.6, 0.6, 3).tolist(), baseOrientation=turn)
+    starts, ends = rng.uniform(-1, 1, (2, 300, 3)).tolist()
+    many = p.rayTestBatch(starts, ends)
+    for start, end, hit in zip(starts, ends, many, strict=True):
+        first = p.rayTest(start, end)
+        assert first == p.rayTest(start, end, collisionFilterMask=0xFFFF)
+        assert first[0][:2] == hit[:2]
+        assert np.hstack(first[0][2:]) == pytest.approx(np.hstack(hit[2:]))
+    assert len({hit[0] for hit in many}) == 7
+    missed = ((-1, -1, 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),)
+    assert p.rayTest([0, 0, 2], [0, 0, 2]) == p.rayTest([0, 0, math.inf], [0, 0, 0]) == missed

@@ -16,6 +16,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
+from roboyard.native.c_functions import CFunction
 from roboyard.native.called import called_functions
 from roboyard.native.memory import function_address
 from roboyard.native.python_functions import PYTHON, WORD
@@ -72,6 +73,10 @@ def jit(
             value = function.__globals__.get(name)
             if isinstance(value, FunctionType) and value in _VIEWS:
                 names[name] = _VIEWS[value]
+            elif isinstance(value, CFunction):
+                llvm.add_symbol(value.name, function_address(value.name))
+                kinds = (getattr(types, kind) for kind in value.arguments)
+                names[name] = types.ExternalFunction(value.name, getattr(types, value.returns)(*kinds))
         copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
         freedoms = (FAST_MATH if fast_math else set()) | ({"nnan"} if no_nan else set())
         # Arrays that are passed have no owner here, and none are created: references are not counted.

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from roboyard.native.builtin import source_function
+from roboyard.native.c_functions import CFunction
 
 
 def called_functions(function: FunctionType) -> Iterator[tuple[str, FunctionType]]:
@@ -58,7 +59,7 @@ def _content(file: str) -> bytes:
 def _is_constant(value: Any) -> bool:
     if isinstance(value, tuple):
         return all(_is_constant(part) for part in value)
-    return isinstance(value, (bool, int, float, complex, str, bytes, np.generic, np.ndarray))
+    return isinstance(value, (bool, int, float, complex, str, bytes, np.generic, np.ndarray, CFunction))
 
 
 def _bytes(value: Any) -> bytes:

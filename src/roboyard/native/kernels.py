@@ -18,16 +18,30 @@ loading = threading.RLock()
 """Held while a loop is compiled or loaded: LLVM and the files of loops are for one thread at a time."""
 
 
+def can_call(library: Callable[[], Any]) -> bool:
+    """Return whether loops that call functions of a C library are executed here; others need another way."""
+    from roboyard.native.memory import images_can_be_loaded
+
+    return objects.code_is_used() and images_can_be_loaded() and library() is not None
+
+
 class Kernel:
     """A loop that is compiled or loaded on its first call; its module then has the loaded function."""
 
-    def __init__(self, function: FunctionType, signature: Signature, text: str) -> None:
+    def __init__(
+        self,
+        function: FunctionType,
+        signature: Signature,
+        text: str,
+        library: Callable[[], Any] | None = None,
+    ) -> None:
         """Create the loop.
 
         Args:
             function: its Python source, which numba can compile.
             signature: its arguments.
             text: the signature as text.
+            library: returns the `ctypes.CDLL` of the functions of C that it calls.
         """
         self.py_func = function
         """The loop in Python."""
@@ -37,6 +51,7 @@ class Kernel:
             function.__doc__,
             function.__module__,
         )
+        self._library = library
         self._loaded: Callable[..., Any] | None = None
         self._checks = False
 
@@ -70,6 +85,10 @@ class Kernel:
             return self._loaded or self._load()
 
     def _load(self) -> Callable[..., Any]:
+        if self._library is not None:
+            from roboyard.native.memory import offer
+
+            offer(self._library())
         address = objects.address_of(self.py_func, self.signature)
         loaded = (
             builtin_function(self.py_func, address)
@@ -90,6 +109,7 @@ def compiled(
     no_nan: bool = False,
     releases_gil: bool = False,
     from_start: bool = False,
+    library: Callable[[], Any] | None = None,
 ) -> Callable[[Any], Any]:
     """Return a decorator that makes a function a compiled loop.
 
@@ -106,6 +126,8 @@ def compiled(
         releases_gil: whether other Python threads run during a call; for calls of a microsecond and more.
         from_start: whether all indices count from the start of an array. Negative ones are then outside of
             it, unchecked, and indices that may be negative for all the compiler knows take no time.
+        library: returns the `ctypes.CDLL` of the functions of C that it calls, see `c_function`; callers of
+            the loop ask `can_call` first.
     """
     signature = replace(
         parse_signature(*parts),
@@ -120,7 +142,7 @@ def compiled(
         given = function.__code__.co_argcount
         if given != signature.count:
             raise TypeError(f"{function.__name__} has {given} arguments, its signature {text!r} has others")
-        return Kernel(function, signature, text)
+        return Kernel(function, signature, text, library)
 
     return decorate
 

@@ -36,7 +36,7 @@ _engines: list[Any] = []  # they own the machine code
 
 def address_of(function: FunctionType, signature: AnySignature) -> int:
     """Return the address of a loop's machine code, stored or compiled now; 0 where it cannot be used."""
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0") or not arrays_have_the_known_layout():
+    if not code_is_used():
         return 0
     path, name = _stored_at(function, signature)
     content = _stored(path)
@@ -48,6 +48,11 @@ def address_of(function: FunctionType, signature: AnySignature) -> int:
     return _load(content, name)
 
 
+def code_is_used() -> bool:
+    """Return whether loops are machine code here, stored or compiled."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0") and arrays_have_the_known_layout()
+
+
 def is_stored(function: FunctionType, signature: AnySignature) -> bool:
     """Return whether a loop's machine code is stored, so that loading it compiles nothing."""
     return _stored_at(function, signature)[0].exists()
@@ -55,7 +60,7 @@ def is_stored(function: FunctionType, signature: AnySignature) -> bool:
 
 def can_be_kept(function: FunctionType, signature: AnySignature) -> bool:
     """Return whether a loop is stored, or can be compiled and stored for later processes."""
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0") or not arrays_have_the_known_layout():
+    if not code_is_used():
         return False
     path, _ = _stored_at(function, signature)
     folder = path.parent

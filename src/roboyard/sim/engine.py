@@ -76,8 +76,8 @@ class Engine(Generic[BodyT]):
         """(nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z before the last position update,
         where MuJoCo's arrays hold later ones."""
         self._inertia_changed = False
-        self.one_ray: Any = None
-        """Arrays of a single ray's origin, direction, geom and normal, and memory of the first two."""
+        self.kept_rays: dict[bool, Any] = {}
+        """MuJoCo's arrays for rays, by whether they meet visual shapes; dropped when the arrays change."""
         self._reference: Any = None
         """MjData in which MuJoCo computes what depends on masses alone; created when masses change."""
         self._geom_owners: np.ndarray | None = None
@@ -183,6 +183,7 @@ class Engine(Generic[BodyT]):
 
     def drop_prepared(self) -> None:
         """Drop what other layers have prepared, after arrays were replaced."""
+        self.kept_rays.clear()
         for known in self.prepared.values():
             known.clear()
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import sqrt
+from math import hypot, isfinite, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.pybullet.bullet_rules.ray_kernels import enter_shapes
+import roboyard.pybullet.bullet_rules.ray_kernels as kernels
+from roboyard.pybullet.bullet_rules.ray_starts import MOST_GRAZING
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, whole
 from roboyard.pybullet.face.commands import command
@@ -30,8 +31,6 @@ _NOTHING = (0.0, 0.0, 0.0)
 _MISS: Hit = (-1, -1, 1.0, _NOTHING, _NOTHING)
 BROADPHASE_MARGIN = 0.02
 """Margin of boxes in Bullet's broad phase (m)."""
-_MAX_GRAZING = 20.0
-"""Largest shift of a hit at a hull, in margins."""
 _RESUME_OFFSET = 1e-5
 """Fraction of the ray beyond a hit where the search for the next one starts."""
 
@@ -58,14 +57,17 @@ def rayTest(
     mask, wanted = whole(collisionFilterMask), whole(reportHitNumber)
     if wanted >= 0:
         return (_numbered_hit(scene, start, way, mask, wanted),)
-    if not scene.world.soft:
-        around = scene.margin_shapes.around_one(start, way, mask)
-        if around is not None:
-            return (_hit_at_start(scene, start, *around),)
-        found = first_shape(scene.world, start, way)
-        hit = _MISS if found is None else _entering_hit(scene, start, way, mask, found)
-        if hit is not None:
-            return (hit,)
+    length = hypot(*way)
+    if length == 0.0 or not isfinite(length + start[0] + start[1] + start[2]):
+        return (_MISS,)
+    if mask == -1 and not scene.world.soft and scene.filters.shows_all(mask):
+        found = scene.margin_shapes.first(start, way, length)
+        if found is not None:
+            geom, (fraction, x, y, z, i, j, k) = found
+            if geom < 0:
+                return (_MISS,)
+            number_, link, _ = scene.place_of(geom)
+            return ((number_, link, fraction, (x, y, z), (i, j, k)),)
     return (next(_entering_hits(scene, start, way, mask), _MISS),)
 
 
@@ -214,7 +216,9 @@ def _cast(
     fractions, geoms, positions = found.fraction, found.geoms, np.empty_like(starts)
     margins = scene.geom_margins()
     normals, owners = found.normal, found.owners
-    again = enter_shapes(starts, ends, normals, geoms, owners, margins, _MAX_GRAZING, fractions, positions)
+    again = kernels.enter_shapes(
+        *(starts, ends, normals, geoms, owners, margins, MOST_GRAZING, fractions, positions)
+    )
     bodies, links = owners.T.tolist()
     number_of = {body: scene.record_of(body).number for body in {*bodies} if body >= 0} | {-1: -1}
     numbers = [number_of[body] for body in bodies]
@@ -273,7 +277,7 @@ def _entering_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, fo
         return None
     if margin:
         length = sqrt(x * x + y * y + z * z)
-        fraction = max(fraction - margin / max(-slope, length / _MAX_GRAZING), 0.0)
+        fraction = max(fraction - margin / max(-slope, length / MOST_GRAZING), 0.0)
     at = (start[0] + fraction * x, start[1] + fraction * y, start[2] + fraction * z)
     return number_, link, fraction, at, normal
 

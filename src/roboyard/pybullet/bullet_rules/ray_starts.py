@@ -5,18 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import isfinite
 from struct import Struct
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.pybullet.bullet_rules.ray_kernels import BOX, CAPSULE, CYLINDER, SPHERE, start_within
+import roboyard.pybullet.bullet_rules.ray_kernels as kernels
 from roboyard.sim.build.geoms import VISUAL_GROUP
+from roboyard.sim.queries.rays import kept_shapes
+from roboyard.sim.queries.shape_rays import WORK
 
 if TYPE_CHECKING:
     from roboyard.sim.world import World
     from roboyard.transforms import Array
 
+Triple = tuple[float, ...]
 _PACK = Struct("3d").pack_into
+_WITH_CORE = kernels.SPHERE, kernels.CAPSULE, kernels.BOX, kernels.CYLINDER
+MOST_GRAZING = 20.0
+"""Largest shift of a hit at a hull, in margins."""
 
 
 class MarginShapes:
@@ -41,6 +47,8 @@ class MarginShapes:
         self._start, self._way = np.zeros((1, 3)), np.zeros((1, 3))
         self._words = self._start.data.cast("B"), self._way.data.cast("B")
         self._found, self._normal = np.zeros(1, dtype=np.int32), np.zeros((1, 3))
+        self._first: Any = None
+        self._work, self._hit = np.zeros(WORK), np.zeros(7)
 
     def around(self, starts: Array, ways: Array, mask: int) -> tuple[np.ndarray, Array] | None:
         """Return the shapes in whose margins rays start that head inwards; None where no ray does.
@@ -56,9 +64,7 @@ class MarginShapes:
         found, normals = np.empty(len(starts), dtype=np.int32), np.empty((len(starts), 3))
         return (found, normals) if self._find(starts, ways, mask, found, normals) else None
 
-    def around_one(
-        self, start: tuple[float, ...], way: tuple[float, ...], mask: int
-    ) -> tuple[int, tuple[float, ...]] | None:
+    def around_one(self, start: Triple, way: Triple, mask: int) -> tuple[int, Triple] | None:
         """Return the shape (MuJoCo geom) around the start (3,) of a ray, and its normal; None without."""
         a, b, c = start
         x, y, z = way
@@ -70,6 +76,26 @@ class MarginShapes:
             return None
         return self._found.item(), tuple(self._normal[0].tolist())
 
+    def first(self, start: Triple, way: Triple, length: float) -> tuple[int, list[float]] | None:
+        """Return the first shape (MuJoCo geom) that a ray enters, and fraction, point and normal of the hit.
+
+        The shape is -1 for a miss. None where the ray leaves a shape before, or without machine code.
+
+        Args:
+            start: (3,) point in the world frame (m).
+            way: (3,) vector from there to the ray's end (m).
+            length: of that, finite and above 0 (m).
+        """
+        world = self._world
+        if world.is_stale or self._revision != world.revision or not world.shows_triangles:
+            self._look_up()
+        if world.is_moved:
+            world.kinematics()
+        if self._first is None:
+            return None
+        geom = kernels.enter_first(self._first, *start, *way, length, MOST_GRAZING, self._work, self._hit)
+        return None if geom == kernels.LEAVES else (geom, self._hit.tolist())
+
     def _find(self, starts: Array, ways: Array, mask: int, found: np.ndarray, normals: Array) -> int:
         world = self._world
         data = world.kinematics()
@@ -78,15 +104,18 @@ class MarginShapes:
         rows = self._shown(self._rows, mask)
         if not len(rows):
             return 0
-        return start_within(
+        return kernels.start_within(
             *(starts, ways, rows, *self._sizes, data.geom_xpos, data.geom_xmat, found, normals)
         )
 
     def _look_up(self) -> None:
         world = self._world
+        shapes = kept_shapes(world)
         model = world.live_model
-        has_core = np.isin(model.geom_type, (SPHERE, CAPSULE, BOX, CYLINDER))
+        has_core = np.isin(model.geom_type, _WITH_CORE)
         there = has_core & (model.geom_group != VISUAL_GROUP) & (world.geom_owners[:, 0] >= 0)
-        self._rows = np.flatnonzero(there).astype(np.int32)
-        self._sizes = model.geom_type, model.geom_size, model.geom_rbound, self._margins()
+        self._rows, margins = np.flatnonzero(there).astype(np.int32), self._margins()
+        self._sizes = model.geom_type, model.geom_size, model.geom_rbound, margins
+        cores = kernels.Cores(self._rows, margins)
+        self._first = None if shapes is None else kernels.FIRST.of(shapes, cores)
         self._revision = world.revision

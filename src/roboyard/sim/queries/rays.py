@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import typing
-from struct import Struct
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+import roboyard.sim.queries.shape_rays as shape_rays
 from roboyard._records import dataclass
 from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body
@@ -59,7 +60,6 @@ class RayHits:
         return self.owners[:, 0] >= 0
 
 
-_PACK = Struct("3d").pack_into
 _COLLISIONS = np.array([1, 1, 0, 1, 1, 1], dtype=np.uint8)
 """Groups of shapes that rays may hit: all but the visual ones."""
 _VISUALS = np.array([1, 1, 1, 0, 1, 1], dtype=np.uint8)
@@ -69,8 +69,7 @@ _VISUALS = np.array([1, 1, 1, 0, 1, 1], dtype=np.uint8)
 def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: bool = False) -> RayHits:
     """Cast rays from `starts` to `ends`.
 
-    Rays from one common start share their broad phase and are several times faster. A ray that starts inside
-    a shape hits that shape's surface from inside.
+    A ray that starts inside a shape hits that shape's surface from inside.
 
     Args:
         world: the world.
@@ -81,8 +80,6 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
     Raises:
         RoboyardError: points do not have three coordinates, or a coordinate is not finite.
     """
-    import mujoco
-
     origins, targets = np.atleast_2d(starts).astype(float), np.atleast_2d(ends).astype(float)
     if origins.shape[-1] != 3 or targets.shape[-1] != 3:
         raise RoboyardError(f"rays need (k, 3) starts and ends, got {origins.shape} and {targets.shape}")
@@ -96,39 +93,8 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
         raise RoboyardError(f"ray {row}: start {start} and end {end} must be finite")
     world.show_triangles()
     world.kinematics()
-    model, data = world.live_model, world.live_data
-    groups = _VISUALS if visual else _COLLISIONS
-    geoms = np.full((k, 1), -1, dtype=np.int32)
-    normals = np.zeros((k, 3))
-    # rays of one start skip bodies by boxes around what collides, which may not hold what is seen
-    if not visual and (k == 0 or len(origins) == 1 or (origins == origins[0]).all()):
-        distances = np.full(k, -1.0)
-        cutoff = float(lengths.max()) if k else 0.0
-        origin = origins[0] if k else np.zeros(3)
-        mujoco.mj_multiRay(
-            model,
-            data,
-            origin,
-            directions.ravel(),
-            groups,
-            True,
-            -1,
-            geoms.ravel(),
-            distances,
-            normals.ravel(),
-            k,
-            cutoff,
-        )
-    else:
-        ray = mujoco.mj_ray
-        rows = zip(np.broadcast_to(origins, (k, 3)), directions, geoms, normals, strict=True)
-        distances = np.array(
-            [
-                ray(model, data, start, way, groups, True, -1, geom, normal)
-                for start, way, geom, normal in rows
-            ]
-        )
-    geoms = geoms.ravel()
+    geoms, normals = np.full(k, -1, dtype=np.int32), np.zeros((k, 3))
+    distances = _meet(world, origins, directions, lengths, geoms, normals, visual=visual)
     fraction, owners = np.empty(k), np.empty((k, 2), dtype=np.int32)
     keep_hits(distances, lengths, world.geom_owners, geoms, normals, owners, fraction)
     surfaces = world.soft_surfaces()
@@ -146,6 +112,56 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
         normal=normals,
         geoms=geoms,
     )
+
+
+def _meet(
+    world: Engine[Body],
+    origins: Array,
+    directions: Array,
+    lengths: Array,
+    geoms: np.ndarray,
+    normals: Array,
+    *,
+    visual: bool,
+) -> Array:
+    """Fill in MuJoCo's geom, -1 without one, and the normal of the first hit of each ray.
+
+    Returns:
+        (k,) distances (m), negative without a hit; hits beyond a ray's length may be missing.
+    """
+    import mujoco
+
+    distances, count = np.full(len(lengths), -1.0), len(lengths)
+    shapes, work = world.kept_rays.get(visual) or _keep_shapes(world, visual=visual)
+    if shapes is not None:
+        shape_rays.cast_rays(shapes, origins, directions, lengths, work, geoms, distances, normals)
+        return distances
+    model, data, groups = world.live_model, world.live_data, _VISUALS if visual else _COLLISIONS
+    # rays of one start skip bodies by boxes around what collides, which may not hold what is seen
+    if count and not visual and (origins == origins[0]).all():
+        places = geoms, distances, normals.ravel(), count, float(lengths.max())
+        mujoco.mj_multiRay(model, data, origins[0], directions.ravel(), groups, True, -1, *places)
+        return distances
+    starts = np.broadcast_to(origins, directions.shape)
+    for i, (start, way) in enumerate(zip(starts, directions, strict=True)):
+        found = geoms[i : i + 1], normals[i]
+        distances[i] = mujoco.mj_ray(model, data, start, way, groups, True, -1, *found)
+    return distances
+
+
+def kept_shapes(world: Engine[Body]) -> shape_rays.RayShapes | None:
+    """Return the collision shapes that rays meet, until MuJoCo's arrays change; None without machine code."""
+    world.show_triangles()
+    shapes, _ = world.kept_rays.get(False) or _keep_shapes(world, visual=False)
+    return None if shapes is None else shapes.records[0]
+
+
+def _keep_shapes(world: Engine[Body], *, visual: bool) -> tuple[Any, Array]:
+    """Return the shapes as `shape_rays` takes them, or None where it does not, and its memory."""
+    groups = _VISUALS if visual else _COLLISIONS
+    shapes = shape_rays.ray_shapes(world.live_model, world.live_data, groups)
+    found = world.kept_rays[visual] = shapes, np.zeros(shape_rays.WORK)
+    return found
 
 
 ShapeHit = tuple[int, float, tuple[float, ...]]
@@ -166,27 +182,31 @@ def first_shape(
     Returns:
         The shape, or None: the ray has no hit, no length, or is not finite.
     """
-    import mujoco
-
     x, y, z = way
+    a, b, c = start
     length = math.hypot(x, y, z)
-    if length == 0.0 or behind >= 1.0 or not math.isfinite(length + start[0] + start[1] + start[2]):
+    if length == 0.0 or behind >= 1.0 or not math.isfinite(length + a + b + c):
         return None
     world.show_triangles()
-    data = world.kinematics()
-    given = world.one_ray
-    if given is None:
-        vectors = np.zeros(3), np.zeros(3), np.zeros(1, dtype=np.int32), np.zeros(3)
-        given = world.one_ray = (*vectors, vectors[0].data, vectors[1].data)
-    origin, direction, geom, normal, origin_words, direction_words = given
-    a, b, c = start
-    _PACK(origin_words, 0, a + behind * x, b + behind * y, c + behind * z)
-    _PACK(direction_words, 0, x / length, y / length, z / length)
-    distance = mujoco.mj_ray(world.live_model, data, origin, direction, _COLLISIONS, True, -1, geom, normal)
+    world.kinematics()
+    shapes, work = world.kept_rays.get(False) or _keep_shapes(world, visual=False)
+    if shapes is None:
+        origin = np.array([[a + behind * x, b + behind * y, c + behind * z]])
+        geoms, normal = np.zeros(1, dtype=np.int32), np.zeros((1, 3))
+        ways = np.array([[x / length, y / length, z / length]])
+        distance = _meet(world, origin, ways, np.array([length]), geoms, normal, visual=False).item()
+        geom, normal = geoms.item(), tuple(normal[0].tolist())
+    else:
+        geom = shape_rays.cast_ray(
+            *(shapes, a + behind * x, b + behind * y, c + behind * z),
+            *(x / length, y / length, z / length, length, work),
+        )
+        *_, i, j, k, distance = work.tolist()
+        normal = i, j, k
     fraction = behind + distance / length
-    if distance < 0.0 or fraction > 1.0:
+    if geom < 0 or distance < 0.0 or fraction > 1.0:
         return None
-    return geom.item(), fraction, tuple(normal.tolist())
+    return geom, fraction, normal
 
 
 def cast_one(world: Engine[Body], start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> RayHit | None:
