@@ -76,6 +76,25 @@ def test_overlaps_reach_two_centimetres_and_start_with_the_youngest(client: int)
     assert p.getOverlappingObjects([0.14, -1, -1], [0.5, 1, 1]) == ((0, -1),)
 
 
+def test_overlaps_follow_bodies_that_come_go_and_grow(client: int) -> None:
+    _boxes(0, 1)
+    corners = [-1, -1, -1], [2, 1, 1]
+    assert p.getOverlappingObjects(*corners) == ((1, -1), (0, -1))
+    p.removeBody(0)
+    assert p.getOverlappingObjects(*corners) == ((1, -1),)
+    _boxes(0.5)
+    assert p.getOverlappingObjects(*corners) == ((0, -1), (1, -1))
+    above = [-1, -1, 0.14], [2, 1, 1]
+    assert p.getOverlappingObjects(*above) is None
+    corners = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)]
+    hull = p.createMultiBody(1, p.createCollisionShape(p.GEOM_MESH, vertices=corners))
+    assert p.getOverlappingObjects(*above) is None
+    p.changeDynamics(hull, -1, collisionMargin=0.05)
+    assert p.getOverlappingObjects(*above) == ((hull, -1),)
+    p.resetSimulation()
+    assert p.getOverlappingObjects(*above) is None
+
+
 def _shape(kind: str) -> int:
     if kind == "box":
         return p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.5] * 3)

@@ -14,7 +14,7 @@ from roboyard.sim.stepping.manifolds import KeptPoints
 from roboyard.transforms import Array
 
 
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+@dataclass(kw_only=True, slots=True, eq=False)
 class WorldState:
     """The state of one world; valid as long as no body is added or removed."""
 
@@ -32,6 +32,8 @@ class WorldState:
     """(ngeom, 3) coefficients of friction; None keeps those of the moment."""
     contacts: KeptPoints | None = None
     """Points that pairs keep from step to step, where contacts are rigid."""
+    fits: tuple[int, bytes, bytes] = (-1, b"", b"")
+    """Revision of the world's arrays that it was last found to fit, and bytes of the static poses."""
 
 
 def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
@@ -66,29 +68,21 @@ def restore(world: Engine[Body], state: WorldState) -> None:
     """
     import mujoco
 
-    world.ensure_compiled()
-    kind, model, data = _kind(), world.model, world.data
-    fits = (
-        state.signature == tuple(world.body_by_id)
-        and len(state.values) == mujoco.mj_stateSize(model, kind)
-        and len(state.static_positions) == model.nbody
-    )
-    if not fits:
-        raise ModelError(
-            f"the state was saved with other bodies, ids {state.signature} instead of "
-            f"{tuple(world.body_by_id)}; save again after adding or removing bodies"
-        )
+    kind, model = _kind(), world.model
+    data = world.live_data
+    if state.fits[0] != world.revision:
+        _check(world, state, mujoco.mj_stateSize(model, kind))
     mujoco.mj_setState(model, data, state.values, kind)
-    if len(state.equalities) == model.neq:
+    if model.neq and len(state.equalities) == model.neq:
         data.eq_active[:] = state.equalities
-    world.wrenches.pushed, world.wrenches.pending = state.has_forces
+    wrenches = world.wrenches
+    wrenches.pushed, wrenches.pending = state.has_forces
     if state.friction is not None:
         _restore_friction(world, state.friction)
     positions, quaternions = model.body_pos, model.body_quat
-    if (  # bytes are much faster than arrays
-        positions.tobytes() == state.static_positions.tobytes()
-        and quaternions.tobytes() == state.static_quaternions.tobytes()
-    ):
+    _, known_positions, known_quaternions = state.fits
+    # bytes are much faster than arrays
+    if positions.tobytes() == known_positions and quaternions.tobytes() == known_quaternions:
         world.mark_moved()
         return
     positions[:], quaternions[:] = state.static_positions, state.static_quaternions
@@ -98,6 +92,22 @@ def restore(world: Engine[Body], state: WorldState) -> None:
             root.pos = model.body_pos[root.id]
             root.quat = model.body_quat[root.id]
     world.mark_fixed_moved()
+
+
+def _check(world: Engine[Body], state: WorldState, size: int) -> None:
+    """Note that a state fits the world's arrays as they are, whose state has `size` numbers.
+
+    Raises:
+        ModelError: it does not.
+    """
+    bodies = tuple(world.body_by_id)
+    positions, quaternions = state.static_positions, state.static_quaternions
+    if state.signature != bodies or len(state.values) != size or len(positions) != world.live_model.nbody:
+        raise ModelError(
+            f"the state was saved with other bodies, ids {state.signature} instead of {bodies}; "
+            "save again after adding or removing bodies"
+        )
+    state.fits = world.revision, positions.tobytes(), quaternions.tobytes()
 
 
 @cache

@@ -49,12 +49,12 @@ def addUserDebugLine(
         error: an end does not have three numbers.
     """
     line = Line(
-        start=vector3(lineFromXYZ, "Error converting lineFrom[3]"),
-        end=vector3(lineToXYZ, "Error converting lineTo[3]"),
-        rgb=_WHITE if lineColorRGB is _WHITE else _line_color(lineColorRGB),
-        width=lineWidth if type(lineWidth) is float else number(lineWidth),
-        parent=None if parentObjectUniqueId == -1 else _parent(parentObjectUniqueId, parentLinkIndex),
-        expires=None if lifeTime == 0.0 else _end_of(lifeTime),
+        vector3(lineFromXYZ, "Error converting lineFrom[3]"),
+        vector3(lineToXYZ, "Error converting lineTo[3]"),
+        _WHITE if lineColorRGB is _WHITE else _line_color(lineColorRGB),
+        lineWidth if type(lineWidth) is float else number(lineWidth),
+        None if parentObjectUniqueId == -1 else _parent(parentObjectUniqueId, parentLinkIndex),
+        None if lifeTime == 0.0 else _end_of(lifeTime),
     )
     return client.debug_items.add(line, whole(replaceItemUniqueId))
 

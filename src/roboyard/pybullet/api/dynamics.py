@@ -159,7 +159,7 @@ def changeDynamics(
         scene.world.surfaces.set_anchor(record.body.links[linkIndex + 1], is_anchored=bool(frictionAnchor))
     if collisionMargin != -1.0 and number(collisionMargin) >= 0:
         state.collision_margin, state.is_solid = collisionMargin, False
-        record.link_boxes = None
+        record.link_boxes = scene.link_boxes = None
         scene.world.prepared.get("box", {}).pop(record.number, None)
     if linkIndex >= 0:
         joint = record.body.joints[linkIndex]

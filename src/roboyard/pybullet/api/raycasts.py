@@ -21,7 +21,7 @@ from roboyard.transforms import rotate
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord, LinkBoxes
+    from roboyard.pybullet.state.body_records import BodyRecord, LinkBoxes, SceneBoxes
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
@@ -160,16 +160,27 @@ def getOverlappingObjects(
     Raises:
         error: a corner does not have three numbers.
     """
-    low = np.array(vector3(aabbMin, "getOverlappingObjects: aabbMin"))
-    high = np.array(vector3(aabbMax, "getOverlappingObjects: aabbMax"))
+    low = vector3(aabbMin, "getOverlappingObjects: aabbMin")
+    high = vector3(aabbMax, "getOverlappingObjects: aabbMax")
     scene = client.scene
-    low, high = low - BROADPHASE_MARGIN, high + BROADPHASE_MARGIN
-    found = []
-    for record in sorted(scene.bodies.values(), key=lambda record: -record.body.id):
-        scene.ready(record.number, "")
-        boxes = record.link_boxes or _boxes(scene, record)
-        found += [(record.number, link) for link in boxes.inside(low, high)]
-    return tuple(found) or None
+    if not scene.bodies:
+        return None
+    world, kept = scene.world, scene.link_boxes
+    if kept is None or kept[0] != world.revision or world.is_stale:
+        kept = _all_boxes(scene)
+    return kept[1].inside(low, high, BROADPHASE_MARGIN) or None
+
+
+def _all_boxes(scene: PhysicsScene) -> tuple[int, SceneBoxes]:
+    """Return the World's revision and the boxes around all links, which the scene keeps."""
+    from roboyard.pybullet.state import link_groups
+
+    scene.world.ensure_compiled()
+    in_order = sorted(scene.bodies.values(), key=lambda record: record.body.id)
+    records = [scene.ready(record.number, "") for record in in_order]
+    arrays = [(record.link_boxes or _boxes(scene, record)).arrays for record in records]
+    found = scene.link_boxes = scene.world.revision, link_groups.SceneBoxes(scene.world, records, arrays)
+    return found
 
 
 def _boxes(scene: PhysicsScene, record: BodyRecord) -> LinkBoxes:

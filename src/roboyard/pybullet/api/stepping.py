@@ -72,4 +72,4 @@ def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
         raise failure("Couldn't restore state.", str(problem)) from None
     for record in scene.bodies.values():
         record.fixed_poses = record.placed = None
-    scene.mark_moved()
+    scene.frames_are_old = True

@@ -57,7 +57,7 @@ def vector3(values: Iterable[float], message: str) -> Vector3:
         if type(x) is type(y) is type(z) is float:
             return x, y, z
         if type(x) in _NUMBERS and type(y) in _NUMBERS and type(z) in _NUMBERS:
-            return float(x), float(y), float(z)
+            return 1.0 * x, 1.0 * y, 1.0 * z
     x, y, z = floats(values, 3, message)
     return x, y, z
 
@@ -74,7 +74,7 @@ def quaternion(values: Iterable[float], message: str) -> Quaternion:
         if type(x) is type(y) is type(z) is type(w) is float:
             return x, y, z, w
         if type(x) in _NUMBERS and type(y) in _NUMBERS and type(z) in _NUMBERS and type(w) in _NUMBERS:
-            return float(x), float(y), float(z), float(w)
+            return 1.0 * x, 1.0 * y, 1.0 * z, 1.0 * w
     x, y, z, w = floats(values, 4, message)
     return x, y, z, w
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
     from roboyard.pybullet.bullet_rules.link_trees import LinkTree
     from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds
+    from roboyard.pybullet.face.arguments import Vector3
     from roboyard.sim.body import Body
     from roboyard.sim.link import Link
     from roboyard.sim.soft.soft_body import SoftBody
@@ -85,12 +86,21 @@ class LinkGroup(Protocol):
 class LinkBoxes(Protocol):
     """Boxes around the shapes of one body's links in the world."""
 
+    @property
+    def arrays(self) -> tuple[Array, Array, np.ndarray]:
+        """(n, 7) inertial frames in link frames, (n, 8) boxes in these, and (n,) MuJoCo's rows of links."""
+        ...
+
     def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the two (3,) corners of a link's box (m)."""
         ...
 
-    def inside(self, low: Array, high: Array) -> list[int]:
-        """Return the links whose boxes overlap one with the (3,) corners low and high (m), the last first."""
+
+class SceneBoxes(Protocol):
+    """Boxes around the shapes of all links of a scene."""
+
+    def inside(self, low: Vector3, high: Vector3, margin: float) -> tuple[tuple[int, int], ...]:
+        """Return body and link of those whose boxes overlap one with (3,) corners, larger by a margin (m)."""
         ...
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from time import monotonic
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,18 +15,7 @@ from roboyard.pybullet.state.ids import Counter
 Triple = tuple[float, float, float]
 
 
-@dataclass(kw_only=True, slots=True)
-class Item:
-    """A drawing."""
-
-    parent: tuple[int, int] | None = None
-    """Body and link in whose inertial frame the coordinates are; None: the world."""
-    expires: float | None = None
-    """Time of removal on the monotonic clock (s); None: never."""
-
-
-@dataclass(kw_only=True, slots=True)
-class Line(Item):
+class Line(NamedTuple):
     """A line segment."""
 
     start: Triple
@@ -36,10 +26,24 @@ class Line(Item):
     """Colour (0 to 1)."""
     width: float
     """Width (pixels)."""
+    parent: tuple[int, int] | None = None
+    """Body and link in whose inertial frame the coordinates are; None: the world."""
+    expires: float | None = None
+    """Time of removal on the monotonic clock (s); None: never."""
 
 
 @dataclass(kw_only=True, slots=True)
-class Text(Item):
+class _Described:
+    """A drawing of more than one line."""
+
+    parent: tuple[int, int] | None = None
+    """Body and link in whose inertial frame the coordinates are; None: the world."""
+    expires: float | None = None
+    """Time of removal on the monotonic clock (s); None: never."""
+
+
+@dataclass(kw_only=True, slots=True)
+class Text(_Described):
     """A text."""
 
     text: str
@@ -55,7 +59,7 @@ class Text(Item):
 
 
 @dataclass(kw_only=True, slots=True)
-class Points(Item):
+class Points(_Described):
     """A point cloud."""
 
     positions: NDArray[np.float64]
@@ -64,6 +68,9 @@ class Points(Item):
     """(k, 3) colours (0 to 1)."""
     size: float
     """Size (pixels)."""
+
+
+Item = Line | Text | Points
 
 
 @dataclass(kw_only=True, slots=True)
@@ -97,8 +104,9 @@ class DebugItems:
 
     def add(self, item: Item, replaces: int = -1) -> int:
         """Add an item and return its id: that of the replaced item, if it exists."""
-        number = replaces if replaces in self._items else self._ids.take()
-        self._items[number] = item
+        items = self._items
+        number = replaces if replaces in items else self._ids.take()
+        items[number] = item
         self.revision += 1
         return number
 

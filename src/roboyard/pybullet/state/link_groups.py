@@ -10,9 +10,13 @@ import numpy as np
 import roboyard.pybullet.state.state_kernels as kernels
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from roboyard.pybullet.face.arguments import Vector3
     from roboyard.pybullet.state.body_records import BodyRecord, LinkPusher, LinkReader
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.world import World
+    from roboyard.transforms import Array
 
 State = tuple[Any, ...]
 _CACHE_SIZE = 64
@@ -84,14 +88,14 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
 class LinkBoxes:
     """Boxes around the shapes of one body's links; valid until MuJoCo's model is recompiled."""
 
-    __slots__ = ("_box", "_boxes", "_found", "_frames", "_rows", "_world", "_xpos", "_xquat")
+    __slots__ = ("_box", "_boxes", "_frames", "_rows", "_world", "_xpos", "_xquat")
 
     def __init__(self, world: World, record: BodyRecord) -> None:
         """Prepare reading of the boxes of a body."""
         data, count = world.live_data, len(record.rows)
         self._world, self._xpos, self._xquat = world, data.xpos, data.xquat
         self._frames, self._rows = _inertial_frames(record), np.array(record.rows, dtype=np.int64)
-        self._box, self._found, self._boxes = np.zeros(6), np.zeros(count, np.int64), np.zeros((count, 8))
+        self._box, self._boxes = np.zeros(6), np.zeros((count, 8))
         for place, link in enumerate(record.model.links):
             bounds, margin = record.bounds(place - 1)
             kind = {"sphere": 1.0, "plane": 2.0}.get(bounds.kind, 0.0)
@@ -100,6 +104,11 @@ class LinkBoxes:
             world.prepared["box"][record.number] = (
                 *(world, data.xpos, data.xquat, self._frames, self._boxes, self._rows, self._box),
             )
+
+    @property
+    def arrays(self) -> tuple[Array, Array, np.ndarray]:
+        """(n, 7) inertial frames in link frames, (n, 8) boxes in these, and (n,) MuJoCo's rows of links."""
+        return self._frames, self._boxes, self._rows
 
     def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the two (3,) corners of a link's box in the world (m); -1 for the base."""
@@ -111,14 +120,45 @@ class LinkBoxes:
         a, b, c, d, e, f = box.tolist()
         return (a, b, c), (d, e, f)
 
-    def inside(self, low: np.ndarray, high: np.ndarray) -> list[int]:
-        """Return the links with shapes whose boxes overlap one with (3,) corners (m), the last first."""
+
+class SceneBoxes:
+    """Boxes around the shapes of all links of a scene; valid until MuJoCo's arrays or the boxes change."""
+
+    __slots__ = ("_answers", "_arrays", "_found", "_owners", "_words", "_world")
+
+    def __init__(
+        self, world: World, records: Sequence[BodyRecord], arrays: Sequence[tuple[Array, Array, np.ndarray]]
+    ) -> None:
+        """Put the boxes of bodies together; the links of the last body come first in answers.
+
+        Args:
+            world: the world.
+            records: bodies.
+            arrays: `LinkBoxes.arrays` of each body.
+        """
+        data, tables = world.live_data, zip(*arrays, strict=True)
+        self._world = world
+        self._arrays = kernels.BOXES.of(kernels.Boxes(data.xpos, data.xquat, *map(np.concatenate, tables)))
+        self._owners = [(record.number, link - 1) for record in records for link in range(len(record.rows))]
+        self._found = np.zeros(6), np.zeros(len(self._owners), np.int64)
+        self._words = self._found[1].data.cast("B")
+        self._answers: dict[bytes, tuple[tuple[int, int], ...]] = {}  # by the places that were found
+
+    def inside(self, low: Vector3, high: Vector3, margin: float) -> tuple[tuple[int, int], ...]:
+        """Return body and link of those with shapes whose boxes overlap one with (3,) corners (m).
+
+        The box is larger by the margin (m) on all sides.
+        """
         self._world.kinematics()
-        count = kernels.links_in_box(
-            *(self._xpos, self._xquat, self._frames, self._boxes, self._rows),
-            *(low, high, self._box, self._found),
-        )
-        return [place - 1 for place in self._found[:count].tolist()]
+        box, found = self._found
+        count = kernels.links_in_box(self._arrays, *low, *high, margin, box, found)
+        key = self._words[: 8 * count].tobytes()
+        answer = self._answers.get(key)
+        if answer is None:
+            if len(self._answers) > _CACHE_SIZE:
+                self._answers.clear()
+            answer = self._answers[key] = tuple(map(self._owners.__getitem__, found[:count].tolist()))
+        return answer
 
 
 class LinkGroup:

@@ -27,6 +27,7 @@ from roboyard.sim.world import World
 
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
+    from roboyard.pybullet.state.body_records import SceneBoxes
     from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.sim.body import Body
 
@@ -78,6 +79,8 @@ class PhysicsScene:
         self._shape_places: tuple[int, dict[int, tuple[int, int, float]]] = (-1, {})
         """Revision of the World, and MuJoCo geom to body, link and margin (m) of shapes that were hit."""
         self._margin_shapes: MarginShapes | None = None
+        self.link_boxes: tuple[int, SceneBoxes] | None = None
+        """Revision of the World, and boxes around the links of all bodies."""
         self._geom_margins: Any = None
         self._contact_reaches: Any = None
         self.world.surfaces.margins_of = self.geom_margins

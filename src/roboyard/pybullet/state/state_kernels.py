@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from roboyard.native import compiled, record
+from roboyard.native import Bundle, compiled, record
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 
 
@@ -184,22 +184,35 @@ def link_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
     _write_box(xpos, xquat, frames, boxes, row, link, out)
 
 
-@compiled("f8[:,:] f8[:,:] f8[:,:] f8[:,:] i8[:] f8[:] f8[:] f8[:] i8[:] -> i8")
-def links_in_box(xpos, xquat, frames, boxes, rows, low, high, box, found):  # pragma: no cover
+class Boxes(NamedTuple):
+    """Boxes around the links of all bodies, one body after another; see `link_box`."""
+
+    xpos: Any
+    xquat: Any
+    frames: Any
+    boxes: Any
+    rows: Any
+    """(n,) rows of the links in xpos."""
+
+
+BOXES = Bundle((record(Boxes, "f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] i8[::1]"),))
+
+
+@compiled(BOXES, "f8 f8 f8 f8 f8 f8 f8 f8[::1] i8[::1] -> i8")
+def links_in_box(arrays, ax, ay, az, bx, by, bz, margin, box, found):  # pragma: no cover
     """Write the links with shapes whose boxes overlap a box to `found` (n,), the last first; return how many.
 
-    rows: (n,) rows of the links in xpos; for the others see `link_box`. low, high: (3,) corners (m). box:
-    (6,) scratch.
+    ax to bz: lower and upper corner, which the margin is added to (m). box: (6,) scratch.
     """
+    boxes, rows = arrays.boxes, arrays.rows
+    ax, ay, az, bx, by, bz = ax - margin, ay - margin, az - margin, bx + margin, by + margin, bz + margin
     count = 0
     for link in range(len(rows) - 1, -1, -1):
         if boxes[link, 7] == 0.0:
             continue
-        _write_box(xpos, xquat, frames, boxes, rows[link], link, box)
-        outside = False
-        for k in range(3):
-            outside |= box[k] > high[k] or box[3 + k] < low[k]
-        if not outside:
+        _write_box(arrays.xpos, arrays.xquat, arrays.frames, boxes, rows[link], link, box)
+        is_below = box[0] <= bx and box[1] <= by and box[2] <= bz
+        if is_below and box[3] >= ax and box[4] >= ay and box[5] >= az:
             found[count] = link
             count += 1
     return count
