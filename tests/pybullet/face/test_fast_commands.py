@@ -20,6 +20,7 @@ from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.entries import FRONT
 from roboyard.pybullet.fast import fast_commands, fast_entries
+from roboyard.pybullet.fast.tree_entries import EFFORTS, MASSES
 from roboyard.pybullet_data import getDataPath
 
 pytestmark = pytest.mark.skipif(
@@ -29,12 +30,13 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module", autouse=True)
 def _machine_code() -> None:
-    fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS
+    fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS, EFFORTS, MASSES
     assert all(front.address() for front in fronts)
     direct_calls.START.enter()
     fast_commands.replace_pushes()
     fast_commands.replace_boxes()
     fast_commands.replace_motors()
+    fast_commands.replace_dynamics()
 
 
 @pytest.fixture
@@ -154,6 +156,65 @@ def test_boxes_are_those_of_the_python_function(robot: int) -> None:
     for wrong in ((robot, 99), (robot, -2), (robot, 1.0), (99,), (-1,), ("a",)):
         with pytest.raises((TypeError, p.error)):
             p.getAABB(*wrong)
+
+
+@pytest.mark.parametrize("fixed", [False, True])
+def test_dynamics_are_those_of_the_python_function(robot: int, fixed: bool) -> None:
+    if fixed:
+        robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf", [3, 0, 1], [0.1, 0.2, 0.3, 0.9], useFixedBase=True)
+    rng = np.random.default_rng(1)
+    joints = sum(p.getJointInfo(robot, k)[2] != p.JOINT_FIXED for k in range(p.getNumJoints(robot)))
+    sizes = (joints,) * 3 if fixed else (joints + 7, joints + 6, joints + 6)
+    found = set()
+    for moves in (
+        p.stepSimulation,
+        lambda: p.setGravity(1, 2, -3),
+        lambda: p.resetBasePositionAndOrientation(robot, [1, 0, 2], [0, 0.6, 0, 0.8]),
+        lambda: p.changeDynamics(robot, 3, mass=7.0),
+        lambda: p.createMultiBody(1.0),
+        p.stepSimulation,
+    ):
+        moves()
+        for kind in (list, tuple, np.array):
+            lists = [kind(rng.normal(size=size).tolist()) for size in sizes]
+            for name, given in (
+                ("calculateInverseDynamics", lists),
+                ("calculateInverseDynamics", [*lists, 0]),
+                ("calculateMassMatrix", [lists[0][-joints:]]),
+                ("calculateMassMatrix", [[*lists[0], 1.0]]),
+            ):
+                expected = python(name, robot, *given)
+                assert getattr(p, name)(robot, *given) == expected
+                assert getattr(p, name)(robot, *given, physicsClientId=0) == expected
+                found.add(expected)
+    assert len(found) > 30
+
+
+def test_irregular_dynamics_have_the_same_outcome(robot: int) -> None:
+    count = sum(p.getJointInfo(robot, k)[2] != p.JOINT_FIXED for k in range(p.getNumJoints(robot)))
+    lists = [0.1] * (count + 7), [0.2] * (count + 6), [0.3] * (count + 6)
+
+    def outcome(call: Any, given: tuple[Any, ...]) -> Any:
+        try:
+            return repr(call(*given))
+        except Exception as problem:
+            return type(problem).__mro__[-3:], str(problem)
+
+    for given in (
+        (robot, *lists[:2], [0.3]),
+        (robot, *lists[:2], [float("nan")] * (count + 6)),
+        (robot, *lists[:2], ["1"] * (count + 6)),
+        (robot, *lists[:2], 7),
+        (robot, *lists, 1),
+        (robot, *lists, None),
+        (99, *lists),
+        ([], *lists),
+        (robot, *lists[:2]),
+    ):
+        for call in (p.calculateInverseDynamics, p.calculateMassMatrix):
+            few = given if call is p.calculateInverseDynamics else (given[0], given[-1])
+            call(*((robot, *lists) if call is p.calculateInverseDynamics else (robot, lists[0])))
+            assert outcome(call, few) == outcome(call.__self__, few)
 
 
 def test_bodies_of_another_world_are_not_mistaken(robot: int) -> None:

@@ -10,12 +10,15 @@ import numpy as np
 from roboyard.pybullet.api.bodies import base_inertial_pose
 from roboyard.pybullet.face.arguments import vector3, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import replace_dynamics
 from roboyard.pybullet.state.frames import rotated
 from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 from roboyard.transforms import Array, matrix_from_quaternion, multiply
 
 if TYPE_CHECKING:
+    from roboyard.pybullet.bullet_rules.link_trees import LinkTree
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
@@ -68,7 +71,7 @@ def calculateJacobian(
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
         record = scene.ready(bodyUniqueId, _BAD_JACOBIAN)
-    tree = record.tree(scene.world.live_model)
+    tree = _tree(scene, record)
     if tree is not None and -1 <= whole(linkIndex) < record.joint_count:
         point = vector3(localPosition, _BAD_JACOBIAN)
         if any(point):
@@ -120,7 +123,7 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
         record = scene.ready(bodyUniqueId, _BAD_MASS_MATRIX)
-    tree = None if flags else record.tree(scene.world.live_model)
+    tree = None if flags else _tree(scene, record)
     found = None if tree is None else tree.mass_matrix(objPositions)
     if found is not None:
         return found
@@ -172,7 +175,7 @@ def calculateInverseDynamics(
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
         record = scene.ready(bodyUniqueId, message)
-    tree = None if flags else record.tree(scene.world.live_model)
+    tree = None if flags else _tree(scene, record)
     if tree is not None:
         scene.apply_parameters()
         found = tree.inverse_dynamics(objPositions, objVelocities, objAccelerations)
@@ -223,6 +226,15 @@ def calculateInverseDynamics(
 
 
 # ------------------------------------------------------------------------------------------------- helpers
+
+
+def _tree(scene: PhysicsScene, record: BodyRecord) -> LinkTree | None:
+    """Return the compiled dynamics of a body, prepared for machine code; None where its joints have none."""
+    tree = record.tree(scene.world.live_model)
+    prepared = scene.world.prepared.get("tree")
+    if tree is not None and prepared is not None and record.number not in prepared:
+        prepared[record.number] = scene, scene.parameters, *tree.prepared()
+    return tree
 
 
 def _split_base(positions: Vector, message: str) -> tuple[Array, Array]:
@@ -322,3 +334,6 @@ def _columns(record: BodyRecord, data: Any) -> Array:
 
 def _rows(matrix: Array) -> Rows:
     return tuple(map(tuple, matrix.tolist()))
+
+
+START.later(replace_dynamics)

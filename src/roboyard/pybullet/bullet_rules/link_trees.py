@@ -54,6 +54,14 @@ class LinkTree:
         self._words, self._lines, self._table = given.data, self._both.data, self._matrix.data
         self._rows = Struct(f"{movable + six}d").iter_unpack
 
+    def prepared(self) -> tuple[Any, ...]:
+        """Return what machine code needs; see `roboyard.pybullet.fast.tree_entries`."""
+        tree = self._tree
+        return (
+            *(self._gravity, self._pose, self._given, self._joints, self._efforts, self._matrix, self._free),
+            *(self._counts[2], tree.is_floating, *tree[:-1]),
+        )
+
     def inverse_dynamics(
         self, positions: Vector, velocities: Vector, accelerations: Vector
     ) -> tuple[float, ...] | None:
@@ -147,6 +155,7 @@ def link_tree(
         work=np.zeros((len(rows), kernels.WIDTH)),
         base=np.zeros((3, 4)),
         **{name: getattr(model, name) for name in _ARRAYS},
+        jnt_qposadr=model.jnt_qposadr.astype(np.int64),
         is_floating=int(free is not None),
     )
     return LinkTree(model, free, tree, [order.index(link) for link in range(len(rows))], len(numbers))
@@ -154,5 +163,5 @@ def link_tree(
 
 _ARRAYS = (
     *("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
-    *("jnt_axis", "jnt_pos", "jnt_qposadr", "qpos0"),
+    *("jnt_axis", "jnt_pos", "qpos0"),
 )

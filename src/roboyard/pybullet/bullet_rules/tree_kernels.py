@@ -54,7 +54,7 @@ class Tree(NamedTuple):
 _TREE = record(
     Tree,
     "i8[:] i8[:] i8[:] i8[:] i8[:] f8[:] f8[:,::1] f8[:,::1] f8[:,:] f8[:,:] f8[:,:] f8[:,:] f8[:] f8[:,:] "
-    "f8[:,:] f8[:,:] i4[:] f8[:] i8",
+    "f8[:,:] f8[:,:] i8[:] f8[:] i8",
 )
 
 
@@ -395,3 +395,27 @@ def _add_mass(into, row):  # pragma: no cover
     into[42] += row[42] + share * (x * x + y * y)
     _put(into, _CENTRE, _sum(_get(into, _CENTRE), _times(part, apart)))
     into[_MASS] = total
+
+
+def inverse_dynamics_of(  # pragma: no cover
+    rows, parents, kinds, columns, joints, frame, work, base, body_pos, body_quat, body_ipos, body_iquat,
+    body_mass, body_inertia, jnt_axis, jnt_pos, jnt_qposadr, qpos0, is_floating, gravity, pose, given, out,
+):  # fmt: skip
+    """`inverse_dynamics` as a part of machine code."""
+    tree = Tree(
+        rows, parents, kinds, columns, joints, frame, work, base, body_pos, body_quat, body_ipos, body_iquat,
+        body_mass, body_inertia, jnt_axis, jnt_pos, jnt_qposadr, qpos0, is_floating,
+    )  # fmt: skip
+    inverse_dynamics(tree, gravity, pose, given, out)
+
+
+def mass_matrix_of(  # pragma: no cover
+    rows, parents, kinds, columns, joints, frame, work, base, body_pos, body_quat, body_ipos, body_iquat,
+    body_mass, body_inertia, jnt_axis, jnt_pos, jnt_qposadr, qpos0, is_floating, pose, q, out,
+):  # fmt: skip
+    """`mass_matrix` as a part of machine code."""
+    tree = Tree(
+        rows, parents, kinds, columns, joints, frame, work, base, body_pos, body_quat, body_ipos, body_iquat,
+        body_mass, body_inertia, jnt_axis, jnt_pos, jnt_qposadr, qpos0, is_floating,
+    )  # fmt: skip
+    mass_matrix(tree, pose, q, 0, out)

@@ -38,6 +38,15 @@ def replace_motors() -> None:
     _replace("setJointMotorControlArray", MOTORS, "motors", words)
 
 
+def replace_dynamics() -> None:
+    """Replace calculateInverseDynamics and calculateMassMatrix."""
+    from roboyard.pybullet.fast.tree_entries import EFFORTS, MASSES
+
+    names = "_applied_revision", "revision"
+    _replace("calculateInverseDynamics", EFFORTS, "tree", names, one=0)
+    _replace("calculateMassMatrix", MASSES, "tree", names, one=0)
+
+
 def is_machine_code(name: str) -> bool:
     """Return whether a command is machine code as a whole."""
     return name in _machine_code
@@ -46,7 +55,7 @@ def is_machine_code(name: str) -> bool:
 _machine_code: set[str] = set()
 
 
-def _replace(name: str, front: Front, kind: str, words: tuple[Any, ...]) -> None:
+def _replace(name: str, front: Front, kind: str, words: tuple[Any, ...], *, one: int = 1) -> None:
     """Replace a command by stored machine code; without any, compile it after many calls of the command.
 
     Args:
@@ -54,13 +63,14 @@ def _replace(name: str, front: Front, kind: str, words: tuple[Any, ...]) -> None
         front: its entry.
         kind: of what is prepared.
         words: further objects of the entry's state.
+        one: whole number in its state.
     """
     function, calls = COMMANDS[name].function, count(1)
 
     def load() -> None:
         address = front.address()
         if address:
-            state = (function, PREPARED[kind], None, True, 1, *words)
+            state = (function, PREPARED[kind], None, True, one, *words)
             START.replace(name, bound_function(name, address, state))
             _machine_code.add(name)
 

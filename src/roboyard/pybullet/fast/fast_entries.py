@@ -13,7 +13,7 @@ from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.bullet_rules.motor_kernels import write_motor
 from roboyard.pybullet.state.state_kernels import link_box_of, push_link_of
 
-_PARTS = f"""
+PARTS = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 {parts(FOUND, ITEM, HAS_LENGTH)}
 @part
@@ -30,8 +30,9 @@ def prepared(state, client, body):
     bodies = found(word(state, ITEMS + 1), client)
     return 0 if bodies == 0 else found(bodies, body)
 """
+"""The start of all these entries."""
 
-_PUSH = f"""{_PARTS}
+_PUSH = f"""{PARTS}
 COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, OLD, KEPT, PENDING, PUSHED, HAS_POINT = range(3, 14)
 SCENE, WORLD, WRENCHES, XPOS, XQUAT, XIPOS, QPOS, FRAMES, APPLIED, ROWS, FREE = range(3, 14)
 
@@ -91,7 +92,7 @@ def entry(state, given, count, keywords):
 PUSH = Front(push_link_of, EntrySignature(_PUSH))
 """applyExternalForce and applyExternalTorque."""
 
-_BOX = f"""{_PARTS}
+_BOX = f"""{PARTS}
 COMMAND, PREPARED, NONE, TRUE, ONE, MOVED = range(3, 9)
 WORLD, XPOS, XQUAT, FRAMES, BOXES, ROWS, OUT = range(3, 10)
 
@@ -124,7 +125,7 @@ def entry(state, given, count, keywords):
 BOX = Front(link_box_of, EntrySignature(_BOX))
 """getAABB."""
 
-_MOTORS = f"""{_PARTS}
+_MOTORS = f"""{PARTS}
 COMMAND, PREPARED, NONE, TRUE, ONE, PENDING, TIME_STEP = range(3, 10)
 COMMANDS, PARAMETERS, MOTORS, TARGETS, ROWS, LIMITS, IMPULSES, READ, FORCE = range(3, 12)
 JOINT, POSITION, VELOCITY, LIMIT, KP, KD = range(6)

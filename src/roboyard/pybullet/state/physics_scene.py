@@ -46,7 +46,8 @@ class PhysicsScene:
             first_texture: id of the first texture.
         """
         stop_timers()
-        self._parameters = parameters
+        self.parameters = parameters
+        """Settings of the client."""
         self._applied_revision = -1
         self.world = World(
             gravity=parameters.gravity, timestep=parameters.time_step, profile=BULLET, visual_geoms=False
@@ -358,7 +359,7 @@ class PhysicsScene:
 
     def apply_parameters(self) -> None:
         """Apply gravity and the time step to the World."""
-        p = self._parameters
+        p = self.parameters
         if self._applied_revision == p.revision:
             return
         self._applied_revision = p.revision
@@ -389,7 +390,7 @@ class PhysicsScene:
     @property
     def time_step(self) -> float:
         """Time that one stepSimulation advances (s)."""
-        return self._parameters.time_step
+        return self.parameters.time_step
 
     def ensure_default_motors(self, record: BodyRecord) -> None:
         """Add a body's default motors before one of them is changed."""
@@ -448,7 +449,7 @@ class PhysicsScene:
 
     def step(self) -> None:
         """Advance by one time step, divided into the client's substeps."""
-        parameters, world = self._parameters, self.world
+        parameters, world = self.parameters, self.world
         if self._applied_revision != parameters.revision:
             self.apply_parameters()
         if self.pending_commands:
