@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from math import isfinite
 from typing import Any
 
 import mujoco
@@ -16,7 +17,7 @@ from roboyard.sim.build.records import Built
 from roboyard.sim.engine import Engine
 from roboyard.sim.joint import POSITION_SIZE, VELOCITY_SIZE, Joint
 from roboyard.sim.link import Link
-from roboyard.transforms import Array, from_wxyz, normalized, rotate, to_wxyz
+from roboyard.transforms import Array, from_wxyz, normalized, rotate
 
 
 class Body:
@@ -225,8 +226,11 @@ class Body:
         world = self.world
         element = self.built.links[0].element
         xyz = None if position is None else np.asarray(position, dtype=float)
-        wxyz = None if orientation is None else to_wxyz(normalized(orientation))
-        if xyz is not None and not np.isfinite(xyz).all():
+        wxyz = None
+        if orientation is not None:
+            x, y, z, w = normalized(orientation).tolist()
+            wxyz = np.array([w, x, y, z])
+        if xyz is not None and not all(map(isfinite, xyz.tolist())):
             raise RoboyardError(f"body {self.name!r}: position {xyz} is not finite")
         if self.built.is_ground:
             raise RoboyardError(f"body {self.name!r} is the fixed part of an MJCF file and cannot be moved")

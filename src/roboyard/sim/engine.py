@@ -38,6 +38,7 @@ MEMORY_GROWTH = 4
 
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+_SLEEPS = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
 
 
 class Engine(Generic[BodyT]):
@@ -217,13 +218,13 @@ class Engine(Generic[BodyT]):
         hangs on them, for unmoved, so their positions are computed here with sleeping off.
         """
         self.mark_moved()
-        option, sleeps = self._model.opt, int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-        if option.enableflags & sleeps:
-            option.enableflags &= ~sleeps
+        option = self._model.opt
+        if option.enableflags & _SLEEPS:
+            option.enableflags &= ~_SLEEPS
             try:
                 mujoco.mj_kinematics(self._model, self._data)
             finally:
-                option.enableflags |= sleeps
+                option.enableflags |= _SLEEPS
 
     def ensure_compiled(self) -> None:
         """Compile if the spec was edited; all remaining bodies keep their state.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import Any, Protocol
 
 import numpy as np
@@ -107,7 +108,7 @@ class Link:
             ValueError: a number is not finite.
         """
         given = (inertial.mass, *inertial.origin.position, *inertial.origin.quaternion, *inertial.inertia)
-        if not np.isfinite(given).all():
+        if not all(map(isfinite, given)):
             raise ValueError(f"link {self.name!r}: mass properties must be finite, got {inertial}")
         old, world = self._built.mass, self.body.world
         self._built.mass = new = mass_properties(inertial)

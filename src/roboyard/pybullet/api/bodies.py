@@ -15,8 +15,7 @@ from roboyard.pybullet.face.arguments import quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import error, failure
 from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
-from roboyard.pybullet.state.frames import cross, inertial_pose, rotated
-from roboyard.transforms import conjugate, multiply, rotate
+from roboyard.pybullet.state.frames import cross, inertial_pose, link_pose, rotated
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -146,10 +145,7 @@ def resetBasePositionAndOrientation(
     if record.placed == wanted and record.body.is_fixed:
         return
     if not record.base_is_plain:
-        frame = record.base_frame
-        link_q = multiply(q, conjugate(frame.quaternion))
-        p = np.asarray(p) - rotate(link_q, frame.position)
-        q = link_q
+        p, q = link_pose(p, q, record.base_frame)
     world = scene.world
     if record.revision != world.revision and not world.is_stale:
         scene.ready(record.number, "")

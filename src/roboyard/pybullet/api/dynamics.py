@@ -188,10 +188,13 @@ def _set_mass(
     state.is_solid = by_shape
     if is_known and moments == state.moments:
         return
+    was_massless = state.mass == 0.0
     state.mass, state.moments = float(mass), moments
     if mass > 0.0 and link == -1 and record.model.fixed_base and not has_plane(record):
         scene.free_base(record)
-    scene.disable_gravity(record, link, mass == 0.0)
+        was_massless = True
+    if mass == 0.0 or was_massless:
+        scene.disable_gravity(record, link, mass == 0.0)
     if mass == 0.0 and link == -1 and not record.model.fixed_base:
         mass, moments = IMMOVABLE_MASS, (IMMOVABLE_MASS, IMMOVABLE_MASS, IMMOVABLE_MASS)
     if mass == 0.0 and link >= 0:

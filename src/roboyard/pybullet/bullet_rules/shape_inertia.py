@@ -30,17 +30,18 @@ def shape_moments(mass: float, bounds: LinkBounds, margin: float | None = None) 
         moment = 0.4 * mass * bounds.margin**2
         return moment, moment, moment
     margin = bounds.margin if margin is None else margin
-    lower, upper = bounds.grown(margin)
+    lower, upper = bounds.grown(margin).tolist()
     if bounds.kind == "cylinder":
-        radius, length = float(upper[0]), float(upper[2] - lower[2])
+        radius, length = upper[0], upper[2] - lower[2]
         across = mass * (3 * radius**2 + length**2) / 12
         return across, across, mass * radius**2 / 2
-    if upper.max() >= PLANE_HALF_SIZE:
-        return solid_box(mass, np.full(3, margin))
-    return solid_box(mass, (upper - lower) / 2 + (margin if bounds.kind == "hull" else 0.0))
+    if max(upper) >= PLANE_HALF_SIZE:
+        return solid_box(mass, (margin, margin, margin))
+    more = margin if bounds.kind == "hull" else 0.0
+    return solid_box(mass, [(high - low) / 2 + more for low, high in zip(lower, upper, strict=True)])
 
 
-def solid_box(mass: float, half: Array) -> Moments:
+def solid_box(mass: float, half: Sequence[float] | Array) -> Moments:
     """Return the moments (kg m²) of a solid box of (3,) half extents (m)."""
     x, y, z = (4.0 * float(h) ** 2 for h in half)
     k = mass / 12.0

@@ -40,6 +40,26 @@ def inertial_pose(
     )
 
 
+def link_pose(position: Sequence[float], quaternion: Sequence[float], frame: Pose) -> tuple[Numbers, Numbers]:
+    """Return the world pose of a link's frame.
+
+    Args:
+        position: (3,) position of the link's inertial frame in the world (m).
+        quaternion: (4,) orientation of the inertial frame (x, y, z, w).
+        frame: inertial frame in the link frame.
+    """
+    i, j, k, w = quaternion
+    fi, fj, fk, fw = frame.quaternion
+    turn = (
+        i * fw - w * fi - j * fk + k * fj,
+        i * fk - w * fj + j * fw - k * fi,
+        -(w * fk) - i * fj + j * fi + k * fw,
+        w * fw + i * fi + j * fj + k * fk,
+    )
+    (x, y, z), (a, b, c) = position, rotated(turn, frame.position)
+    return (x - a, y - b, z - c), turn
+
+
 def rotated(quaternion: Sequence[float], vector: Sequence[float]) -> tuple[float, float, float]:
     """Return the (3,) vector rotated by a unit quaternion (x, y, z, w)."""
     x, y, z, w = quaternion

@@ -32,10 +32,10 @@ def simulated_masses(
 def write_mass(element: Any, mass: MassProperties | None) -> None:
     """Write mass properties into a spec body; None and mass 0 make it massless, about its own frame."""
     element.explicitinertial = True
-    element.mass = 0.0
-    element.ipos, element.iquat = np.zeros(3), (1.0, 0.0, 0.0, 0.0)
-    element.inertia = np.zeros(3)
     if mass is None or mass.mass == 0.0:
+        element.mass = 0.0
+        element.ipos, element.iquat = np.zeros(3), (1.0, 0.0, 0.0, 0.0)
+        element.inertia = np.zeros(3)
         return
     element.mass = mass.mass
     element.ipos = mass.position
