@@ -300,10 +300,10 @@ def _reset_all(client: Client, body: int, joints: list[int], values: list[Any]) 
     """Set joints of one degree of freedom, at rest; return False, with no effect, for anything else."""
     record = joint_of(client, body, joints[0])
     try:
-        numbers = [position for (position,) in values]
+        numbers = tuple([position for (position,) in values])
     except (TypeError, ValueError):
         return False
-    if not are_finite(tuple(numbers)):
+    if not are_finite(numbers):
         return False
     group = record.joint_groups.get(tuple(joints))
     if group is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from struct import Struct
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,11 +28,14 @@ class JointGroup:
     """
 
     __slots__ = (
-        "_gather",
+        "_given",
+        "_kernels",
         "_out",
+        "_pack",
         "_positions",
         "_reactions",
         "_velocities",
+        "_words",
         "is_free",
         "is_scalar",
         "joints",
@@ -48,7 +52,9 @@ class JointGroup:
         self._velocities = np.array([record.velocity_addresses[joint] for joint in joints], dtype=np.int64)
         self._reactions = (NO_REACTION,) * len(joints)
         self._out = np.zeros((3, len(joints)))
-        self._gather = state_kernels.joint_states
+        self._kernels = state_kernels  # whose loops become built-ins when they are loaded
+        self._given, self._pack = np.zeros(len(joints)), Struct(f"{len(joints)}d").pack_into
+        self._words = self._given.data
 
     def read(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
         """Return the fields of getJointState of each joint; `forces`: (nv,) motor efforts (N m or N)."""
@@ -65,12 +71,14 @@ class JointGroup:
 
     def write(self, record: BodyRecord, positions: Sequence[float]) -> None:
         """Put joints of one degree of freedom at (n,) positions (rad or m), at rest."""
-        record.qpos[self._positions] = positions
-        record.qvel[self._velocities] = 0.0
+        self._pack(self._words, 0, *positions)
+        places = self._positions, self._velocities
+        self._kernels.rest_joints(record.qpos, record.qvel, *places, self._given)
 
     def _numbers(self, record: BodyRecord, forces: Array) -> list[list[Any]]:
         """Return positions, velocities and efforts of the motors."""
-        self._gather(record.qpos, record.qvel, forces, self._positions, self._velocities, self._out)
+        places = self._positions, self._velocities
+        self._kernels.joint_states(record.qpos, record.qvel, forces, *places, self._out)
         numbers = self._out.tolist()
         if record.motors_off:
             applied = numbers[2]

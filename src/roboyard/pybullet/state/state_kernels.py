@@ -233,6 +233,17 @@ def joint_states(qpos, qvel, forces, positions, velocities, out):  # pragma: no 
             out[2, n] = forces[velocities[n]]
 
 
+@compiled("f8[:] f8[:] i8[:] i8[:] f8[:]")
+def rest_joints(qpos, qvel, positions, velocities, values):  # pragma: no cover
+    """Put joints of one degree of freedom at the values (n,), at rest.
+
+    positions, velocities: (n,) places in qpos and qvel.
+    """
+    for n in range(len(values)):
+        qpos[positions[n]] = values[n]
+        qvel[velocities[n]] = 0.0
+
+
 class Pushed(NamedTuple):
     """MuJoCo's arrays for pushing the links of a body."""
 
