@@ -20,7 +20,7 @@ from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.entries import FRONT
 from roboyard.pybullet.fast import fast_commands, fast_entries
-from roboyard.pybullet.fast.tree_entries import EFFORTS, MASSES
+from roboyard.pybullet.fast.tree_entries import TREE
 from roboyard.pybullet_data import getDataPath
 
 pytestmark = pytest.mark.skipif(
@@ -30,7 +30,7 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module", autouse=True)
 def _machine_code() -> None:
-    fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS, EFFORTS, MASSES
+    fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS, TREE
     assert all(front.address() for front in fronts)
     direct_calls.START.enter()
     fast_commands.replace_pushes()

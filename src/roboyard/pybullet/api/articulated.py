@@ -18,7 +18,6 @@ from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 from roboyard.transforms import Array, matrix_from_quaternion, multiply
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.bullet_rules.link_trees import LinkTree
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
@@ -71,7 +70,7 @@ def calculateJacobian(
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
         record = scene.ready(bodyUniqueId, _BAD_JACOBIAN)
-    tree = _tree(scene, record)
+    tree = record.tree(scene.world.live_model)
     if tree is not None and -1 <= whole(linkIndex) < record.joint_count:
         point = vector3(localPosition, _BAD_JACOBIAN)
         if any(point):
@@ -123,9 +122,12 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
         record = scene.ready(bodyUniqueId, _BAD_MASS_MATRIX)
-    tree = None if flags else _tree(scene, record)
+    tree = None if flags else record.tree(scene.world.live_model)
     found = None if tree is None else tree.mass_matrix(objPositions)
-    if found is not None:
+    if tree is not None and found is not None:
+        prepared = scene.world.prepared["masses"]
+        if record.number not in prepared:
+            prepared[record.number] = None, None, *tree.prepared_masses()
         return found
     import mujoco
 
@@ -175,11 +177,14 @@ def calculateInverseDynamics(
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
         record = scene.ready(bodyUniqueId, message)
-    tree = None if flags else _tree(scene, record)
+    tree = None if flags else record.tree(scene.world.live_model)
     if tree is not None:
         scene.apply_parameters()
         found = tree.inverse_dynamics(objPositions, objVelocities, objAccelerations)
         if found is not None:
+            prepared = scene.world.prepared["efforts"]
+            if record.number not in prepared:
+                prepared[record.number] = scene, scene.parameters, *tree.prepared_efforts()
             return found
     import mujoco
 
@@ -226,15 +231,6 @@ def calculateInverseDynamics(
 
 
 # ------------------------------------------------------------------------------------------------- helpers
-
-
-def _tree(scene: PhysicsScene, record: BodyRecord) -> LinkTree | None:
-    """Return the compiled dynamics of a body, prepared for machine code; None where its joints have none."""
-    tree = record.tree(scene.world.live_model)
-    prepared = scene.world.prepared.get("tree")
-    if tree is not None and prepared is not None and record.number not in prepared:
-        prepared[record.number] = scene, scene.parameters, *tree.prepared()
-    return tree
 
 
 def _split_base(positions: Vector, message: str) -> tuple[Array, Array]:

@@ -27,7 +27,7 @@ def setGravity(client: Client, gravX: float, gravY: float, gravZ: float) -> None
         error: it is not finite.
     """
     if type(gravX) in _PLAIN and type(gravY) in _PLAIN and type(gravZ) in _PLAIN:
-        gravity = (float(gravX), float(gravY), float(gravZ))
+        gravity = (1.0 * gravX, 1.0 * gravY, 1.0 * gravZ)
     else:
         gravity = (number(gravX), number(gravY), number(gravZ))
     x, y, z = gravity

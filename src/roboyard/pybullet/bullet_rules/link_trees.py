@@ -39,10 +39,11 @@ class LinkTree:
             movable: number of movable joints.
         """
         six = 0 if free is None else 6
-        self._tree, self._places, self._gravity = tree, places, model.opt.gravity
+        self._tree, self._places = kernels.TREE.of(tree), places
         self._counts = movable + (7 if six else 0), movable + six, movable
         given = np.zeros(sum(self._counts) + self._counts[1] - movable)
-        self._given, self._pose, self._joints = given, given[:7], given[7:] if six else given
+        self._given, self._pose = given, given[:7]
+        joints = given[7:] if six else given
         self._free = self._pose if free is None else free
         self._pack = Struct(f"{len(given)}d").pack_into
         self._pack_joints, self._pack_all = (
@@ -51,16 +52,25 @@ class LinkTree:
         )
         self._efforts = np.zeros(movable + six)
         self._both, self._matrix = np.zeros((6, movable + six)), np.zeros((movable + six,) * 2)
+        self._for_efforts = self._tree, model.opt.gravity, self._pose, joints, self._efforts
+        self._for_masses = self._tree, self._free, given, 0, self._matrix
         self._words, self._lines, self._table = given.data, self._both.data, self._matrix.data
         self._rows = Struct(f"{movable + six}d").iter_unpack
 
-    def prepared(self) -> tuple[Any, ...]:
-        """Return what machine code needs; see `roboyard.pybullet.fast.tree_entries`."""
-        tree = self._tree
+    def prepared_efforts(self) -> tuple[Any, ...]:
+        """Return what machine code needs for `inverse_dynamics`; see `fast.tree_entries`."""
+        whole, speeds, _ = self._counts
         return (
-            *(self._gravity, self._pose, self._given, self._joints, self._efforts, self._matrix, self._free),
-            *(self._counts[2], tree.is_floating, *tree[:-1]),
+            self._given,
+            (whole, speeds, speeds),
+            kernels.inverse_dynamics,
+            self._for_efforts,
+            self._efforts,
         )
+
+    def prepared_masses(self) -> tuple[Any, ...]:
+        """Return what machine code needs for `mass_matrix`."""
+        return self._given, self._counts[2:], kernels.mass_matrix, self._for_masses, self._matrix
 
     def inverse_dynamics(
         self, positions: Vector, velocities: Vector, accelerations: Vector
@@ -73,7 +83,7 @@ class LinkTree:
             self._pack(self._words, 0, *positions, *velocities, *accelerations)
         except _IRREGULAR:
             return None
-        kernels.inverse_dynamics(self._tree, self._gravity, self._pose, self._joints, self._efforts)
+        kernels.inverse_dynamics(*self._for_efforts)
         return tuple(self._efforts.tolist())
 
     def jacobian(
@@ -110,7 +120,7 @@ class LinkTree:
             self._pack_joints(self._words, 0, *(positions if len(positions) == count else positions[:count]))
         except _IRREGULAR:
             return None
-        kernels.mass_matrix(self._tree, self._free, self._given, 0, self._matrix)
+        kernels.mass_matrix(*self._for_masses)
         return tuple(self._rows(self._table))
 
 
@@ -155,7 +165,6 @@ def link_tree(
         work=np.zeros((len(rows), kernels.WIDTH)),
         base=np.zeros((3, 4)),
         **{name: getattr(model, name) for name in _ARRAYS},
-        jnt_qposadr=model.jnt_qposadr.astype(np.int64),
         is_floating=int(free is not None),
     )
     return LinkTree(model, free, tree, [order.index(link) for link in range(len(rows))], len(numbers))
@@ -163,5 +172,5 @@ def link_tree(
 
 _ARRAYS = (
     *("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
-    *("jnt_axis", "jnt_pos", "qpos0"),
+    *("jnt_axis", "jnt_pos", "jnt_qposadr", "qpos0"),
 )

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from roboyard.native import compiled, record
+from roboyard.native import Bundle, compiled, record
 
 HINGE, SLIDE = 1, 2
 _ROTATION, _PLACE, _AXIS, _ANCHOR, _CENTRE, _SPIN, _TURN, _PULL, _FORCE, _TORQUE, _MASS, _INERTIA = (
@@ -51,10 +51,14 @@ class Tree(NamedTuple):
     is_floating: int
 
 
-_TREE = record(
-    Tree,
-    "i8[:] i8[:] i8[:] i8[:] i8[:] f8[:] f8[:,::1] f8[:,::1] f8[:,:] f8[:,:] f8[:,:] f8[:,:] f8[:] f8[:,:] "
-    "f8[:,:] f8[:,:] i8[:] f8[:] i8",
+TREE = Bundle(
+    (
+        record(
+            Tree,
+            "i8[::1] i8[::1] i8[::1] i8[::1] i8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] "
+            "f8[:,::1] f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] i4[::1] f8[::1] i8",
+        ),
+    )
 )
 
 
@@ -227,7 +231,7 @@ def _from_base(t, given, first):  # pragma: no cover
     )
 
 
-@compiled(_TREE, "f8[:] f8[:] f8[:] f8[:]")
+@compiled(TREE, "f8[:] f8[:] f8[:] f8[:]")
 def inverse_dynamics(t, gravity, pose, given, out):  # pragma: no cover
     """Write the (6 + m,) efforts of accelerations, the base's force before its torque; (m,) if it is fixed.
 
@@ -293,7 +297,7 @@ def inverse_dynamics(t, gravity, pose, given, out):  # pragma: no cover
                 out[k], out[3 + k] = _dot(_base_axis(t, k), force), _dot(_base_axis(t, k), about)
 
 
-@compiled(_TREE, "f8[:] f8[:] i8 f8 f8 f8 f8[:,::1]")
+@compiled(TREE, "f8[:] f8[:] i8 f8 f8 f8 f8[:,::1]")
 def jacobian(t, pose, q, link, x, y, z, out):  # pragma: no cover
     """Write the (6, m) Jacobian, linear above angular, of a point of a link in base axes.
 
@@ -327,7 +331,7 @@ def jacobian(t, pose, q, link, x, y, z, out):  # pragma: no cover
             out[3 + column, column] = out[column, 3 + column] = 1.0
 
 
-@compiled(_TREE, "f8[:] f8[:] i8 f8[:,::1]")
+@compiled(TREE, "f8[:] f8[:] i8 f8[:,::1]")
 def mass_matrix(t, pose, q, is_inertial, out):  # pragma: no cover
     """Write the (6 + m, 6 + m) mass matrix, (m, m) with a fixed base.
 
@@ -395,27 +399,3 @@ def _add_mass(into, row):  # pragma: no cover
     into[42] += row[42] + share * (x * x + y * y)
     _put(into, _CENTRE, _sum(_get(into, _CENTRE), _times(part, apart)))
     into[_MASS] = total
-
-
-def inverse_dynamics_of(  # pragma: no cover
-    rows, parents, kinds, columns, joints, frame, work, base, body_pos, body_quat, body_ipos, body_iquat,
-    body_mass, body_inertia, jnt_axis, jnt_pos, jnt_qposadr, qpos0, is_floating, gravity, pose, given, out,
-):  # fmt: skip
-    """`inverse_dynamics` as a part of machine code."""
-    tree = Tree(
-        rows, parents, kinds, columns, joints, frame, work, base, body_pos, body_quat, body_ipos, body_iquat,
-        body_mass, body_inertia, jnt_axis, jnt_pos, jnt_qposadr, qpos0, is_floating,
-    )  # fmt: skip
-    inverse_dynamics(tree, gravity, pose, given, out)
-
-
-def mass_matrix_of(  # pragma: no cover
-    rows, parents, kinds, columns, joints, frame, work, base, body_pos, body_quat, body_ipos, body_iquat,
-    body_mass, body_inertia, jnt_axis, jnt_pos, jnt_qposadr, qpos0, is_floating, pose, q, out,
-):  # fmt: skip
-    """`mass_matrix` as a part of machine code."""
-    tree = Tree(
-        rows, parents, kinds, columns, joints, frame, work, base, body_pos, body_quat, body_ipos, body_iquat,
-        body_mass, body_inertia, jnt_axis, jnt_pos, jnt_qposadr, qpos0, is_floating,
-    )  # fmt: skip
-    mass_matrix(tree, pose, q, 0, out)

@@ -19,7 +19,9 @@ MANY, MOST = 1000, 5000
 """After so many calls stored machine code is loaded (0.4 ms), or it is compiled once and for all."""
 DIRECT: dict[int, Any] = {}
 """Clients in this process, by number, whose methods are the commands themselves."""
-PREPARED: dict[str, dict[Any, dict[int, Any]]] = {kind: {} for kind in ("push", "box", "motors", "tree")}
+PREPARED: dict[str, dict[Any, dict[int, Any]]] = {
+    kind: {} for kind in ("push", "box", "motors", "efforts", "masses")
+}
 """Kind to clients of `DIRECT` to bodies to what commands that are machine code need of them."""
 FILLED: dict[Any, dict[Any, Any]] = {}
 """Command to its kept answers by the arguments, where there are any."""

@@ -40,11 +40,11 @@ def replace_motors() -> None:
 
 def replace_dynamics() -> None:
     """Replace calculateInverseDynamics and calculateMassMatrix."""
-    from roboyard.pybullet.fast.tree_entries import EFFORTS, MASSES
+    from roboyard.pybullet.fast.tree_entries import TREE
 
     names = "_applied_revision", "revision"
-    _replace("calculateInverseDynamics", EFFORTS, "tree", names, one=0)
-    _replace("calculateMassMatrix", MASSES, "tree", names, one=0)
+    _replace("calculateInverseDynamics", TREE, "efforts", (*names, False), one=0)
+    _replace("calculateMassMatrix", TREE, "masses", (*names, True), one=0)
 
 
 def is_machine_code(name: str) -> bool:

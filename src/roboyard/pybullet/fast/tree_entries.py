@@ -1,24 +1,18 @@
-"""calculateInverseDynamics and calculateMassMatrix as machine code; see `fast_entries`."""
+"""calculateInverseDynamics and calculateMassMatrix as machine code; see `fast_entries`.
+
+It writes the lists of numbers to an array, calls a loop with arguments that stay the same, and returns what
+the loop has written.
+"""
 
 from __future__ import annotations
 
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
-from roboyard.pybullet.bullet_rules.tree_kernels import Tree, inverse_dynamics_of, mass_matrix_of
 from roboyard.pybullet.fast.fast_entries import PARTS
 
-_ARRAYS = {"rows": "integers", "parents": "integers", "kinds": "integers", "columns": "integers"} | {
-    "joints": "integers", "frame": "numbers", "body_mass": "numbers", "jnt_qposadr": "integers",
-    "qpos0": "numbers",
-}  # fmt: skip
-"""Arrays of a tree that are no matrices of numbers."""
-_TREE = ", ".join(
-    f"{_ARRAYS.get(name, 'matrix')}(word(body, ARRAYS + {place}))"
-    for place, name in enumerate(Tree._fields[:-1])
-)
 _SOURCE = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ZERO, APPLIED, REVISION = range(3, 10)
-SCENE, PARAMETERS, GRAVITY, POSE, GIVEN, JOINTS, OUT, MATRIX, FREE, COUNT, FLOATING, ARRAYS = range(3, 15)
+COMMAND, PREPARED, NONE, TRUE, ZERO, APPLIED, REVISION, IS_TABLE = range(3, 11)
+SCENE, PARAMETERS, GIVEN, COUNTS, LOOP, ARGUMENTS, OUT = range(3, 10)
 
 @part
 def copied(into, first, values, length):
@@ -31,67 +25,59 @@ def copied(into, first, values, length):
     return total - total == 0.0
 
 @part
-def tuple_of(numbers):
-    made = PyTuple_New(len(numbers))
-    for k in range(len(numbers)):
-        PyTuple_SetItem(made, k, PyFloat_FromDouble(numbers[k]))
+def tuple_of(values):
+    made = PyTuple_New(len(values))
+    for k in range(len(values)):
+        PyTuple_SetItem(made, k, PyFloat_FromDouble(values[k]))
     return made
 
-def entry(state, given, count, keywords):
-    has_flags = count == LISTS + 3 and given[LISTS + 2] == word(state, ZERO)
-    if keywords == 0 and (has_flags or count == LISTS + 2):
-        body = prepared(state, given[0], given[1])
-        if body != 0:
-            Py_IncRef(body)
-            made = computed(state, body, given)
-            Py_DecRef(body)
-            if made != 0:
-                return made
-    return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
-"""
-_EFFORTS = f"""
-LISTS = 3
-{_SOURCE}
 @part
 def computed(state, body, given):
     scene, parameters = word(body, SCENE), word(body, PARAMETERS)
-    movable, six = PyLong_AsLongLong(word(body, COUNT)), 6 * PyLong_AsLongLong(word(body, FLOATING))
-    whole, speeds = movable + six + (1 if six else 0), movable + six
-    if attribute(scene, word(state, APPLIED)) != attribute(parameters, word(state, REVISION)):
+    if scene != word(state, NONE):
+        if attribute(scene, word(state, APPLIED)) != attribute(parameters, word(state, REVISION)):
+            return 0
+    into, counts, first = numbers(word(body, GIVEN)), word(body, COUNTS), 0
+    for k in range(word(counts, SIZE)):
+        length = PyLong_AsLongLong(word(counts, ITEMS + k))
+        if not copied(into, first, given[2 + k], length):
+            return 0
+        first += length
+    passed, arguments = words(), word(body, ARGUMENTS)
+    for place in range(word(arguments, SIZE)):
+        passed[place] = word(arguments, ITEMS + place)
+    done = PyObject_Vectorcall(word(body, LOOP), passed, word(arguments, SIZE), 0)
+    if done == 0:
+        PyErr_Clear()
         return 0
-    numbers_of = numbers(word(body, GIVEN))
-    if not (
-        copied(numbers_of, 0, given[2], whole)
-        and copied(numbers_of, whole, given[3], speeds)
-        and copied(numbers_of, whole + speeds, given[4], speeds)
-    ):
-        return 0
-    out = numbers(word(body, OUT))
-    _loop(
-        {_TREE}, six, numbers(word(body, GRAVITY)), numbers(word(body, POSE)),
-        numbers(word(body, JOINTS)), out,
-    )
-    return tuple_of(out)
-"""
-EFFORTS = Front(inverse_dynamics_of, EntrySignature(_EFFORTS))
-"""calculateInverseDynamics."""
-_MASSES = f"""
-LISTS = 1
-{_SOURCE}
-@part
-def computed(state, body, given):
-    numbers_of, out = numbers(word(body, GIVEN)), matrix(word(body, MATRIX))
-    if not copied(numbers_of, 0, given[2], PyLong_AsLongLong(word(body, COUNT))):
-        return 0
-    six = PyLong_AsLongLong(word(body, FLOATING))
-    _loop({_TREE}, six, numbers(word(body, FREE)), numbers_of, out)
-    made = PyTuple_New(len(out))
-    for k in range(len(out)):
-        PyTuple_SetItem(made, k, tuple_of(out[k]))
+    Py_DecRef(done)
+    if word(state, IS_TABLE) != word(state, TRUE):
+        return tuple_of(numbers(word(body, OUT)))
+    table = matrix(word(body, OUT))
+    made = PyTuple_New(len(table))
+    for k in range(len(table)):
+        PyTuple_SetItem(made, k, tuple_of(table[k]))
     return made
-"""
-MASSES = Front(mass_matrix_of, EntrySignature(_MASSES))
-"""calculateMassMatrix."""
 
-for _front in (EFFORTS, MASSES):
-    vars(_front.core)["front"] = _front
+def entry(state, given, count, keywords):
+    if keywords == 0 and count > 2:
+        body = prepared(state, given[0], given[1])
+        if body != 0:
+            lists = word(word(body, COUNTS), SIZE)
+            has_flags = count == lists + 3 and given[lists + 2] == word(state, ZERO)
+            if has_flags or count == lists + 2:
+                Py_IncRef(body)
+                made = computed(state, body, given)
+                Py_DecRef(body)
+                if made != 0:
+                    return made
+    return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+"""
+
+
+def tree_call() -> None:
+    """Do nothing: the machine code is stored beside the code of this file."""
+
+
+TREE = Front(tree_call, EntrySignature(_SOURCE))
+vars(tree_call)["front"] = TREE
