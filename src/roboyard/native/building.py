@@ -128,9 +128,8 @@ def machine_code(
     if isinstance(signature, FrontSignature):
         from roboyard.native.front_entries import front_source, helpers
 
-        return _compiled(
-            front_source(signature), values | helpers(njit(**WITHIN, _nrt=False)), 4, name, is_small
-        )
+        options: dict[str, Any] = {**WITHIN, "_nrt": False}
+        return _compiled(front_source(signature), values | helpers(njit(**options)), 4, name, is_small)
     if isinstance(signature, CallbackSignature):
         return _compiled_callback(signature, values, name, is_small)
     for k, argument in enumerate(signature.arguments):
