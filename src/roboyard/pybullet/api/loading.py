@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache, partial
 from pathlib import Path
+from posixpath import dirname
 from typing import TYPE_CHECKING
 
 from roboyard._lazy import lazy_module
@@ -93,6 +94,8 @@ def _load_urdf_command(
         )
     except RoboyardError as problem:
         raise failure(_NO_URDF, *str(problem).splitlines()) from problem
+    if Path(fileName).absolute() == path:
+        record.folder = dirname(fileName)
     attach_from_file(client, record)
     _apply_file_filters(client, record)
     return record.number

@@ -153,6 +153,8 @@ class BodyRecord:
         self.model = model
         self.body = body
         self.file = file
+        self.folder: str | None = None
+        """Folder of the file as the script gave it; None where a search path or a link led to the file."""
         self.kind = kind
         self.infos = joint_infos(model) if kind == MULTIBODY else ()
         """The fields of getJointInfo; empty for rigid bodies, whose joints are hidden, as in PyBullet."""

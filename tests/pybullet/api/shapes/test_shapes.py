@@ -264,3 +264,32 @@ def test_a_debug_colour_has_three_numbers(client: int) -> None:
     p.setDebugObjectColor(body, -1, [1, 0, 0])
     with pytest.raises(p.error, match="Error converting objectDebugColorRGB"):
         p.setDebugObjectColor(body, -1, [1, 0])
+
+
+@pytest.mark.parametrize(
+    ("folder", "given", "shown"),
+    [
+        ("models/m/urdf", "package://m/meshes/a.obj", "models/m/meshes/a.obj"),
+        ("models/m/urdf", "../meshes/a.obj", "models/m/urdf/../meshes/a.obj"),
+        ("models/m/urdf", "meshes/a.obj", "models/m/meshes/a.obj"),
+        ("./models/m/urdf", "package://meshes/a.obj", "./models/m/meshes/a.obj"),
+        ("./models/m/urdf", "b.obj", "./models/m/urdf/b.obj"),
+    ],
+)
+def test_mesh_files_are_named_as_the_urdf_was(
+    client: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str, given: str, shown: str
+) -> None:
+    """Names of PyBullet 3.2.7; with an absolute folder they are absolute."""
+    for name in ("meshes/a.obj", "urdf/b.obj"):
+        file = tmp_path / "models/m" / name
+        file.parent.mkdir(parents=True)
+        file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    mesh = f'<geometry><mesh filename="{given}"/></geometry>'
+    (tmp_path / "models/m/urdf/r.urdf").write_text(
+        f'<robot name="r"><link name="l"><visual>{mesh}</visual><collision>{mesh}</collision></link></robot>'
+    )
+    monkeypatch.chdir(tmp_path)
+    for place, name in ((folder, shown), (f"{tmp_path}/{folder}", f"{tmp_path}/{shown}")):
+        body = p.loadURDF(f"{place}/r.urdf")
+        assert p.getVisualShapeData(body)[0][4] == name.encode()
+        assert p.getCollisionShapeData(body, -1)[0][4] == name.encode()

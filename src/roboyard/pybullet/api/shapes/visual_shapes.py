@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from posixpath import dirname, join, normpath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -146,6 +147,7 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
         shapes = link.visuals or link.collisions
         for place, (shape, rendered) in enumerate(zip(shapes, rendered_shapes.get(index, ()), strict=False)):
             kind, size, file = _visual_description(shape.geometry)
+            file = _as_found(record, shape.geometry, file)
             row = (
                 *(record.number, index - 1, kind, size, file),
                 *(
@@ -194,6 +196,7 @@ def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -
         kind, size, file = shape_description(
             shape.geometry, hull_cylinders=bool(record.file) and not record.model.implicit_cylinder
         )
+        file = _as_found(record, shape.geometry, file)
         if kind == c.GEOM_MESH and not record.file:
             size, file = (1.0, 1.0, 1.0), b"unknown_file"
         offset = np.asarray(shape.origin.position) - np.asarray(link.frame.position)
@@ -298,6 +301,24 @@ def shape_description(
             return c.GEOM_MESH, tuple(scale), b"unknown_file" if path is None else str(path).encode()
         case Heightfield():
             return c.GEOM_HEIGHTFIELD, (1.0, 1.0, 1.0), b""
+
+
+def _as_found(record: BodyRecord, geometry: Geometry, file: bytes) -> bytes:
+    """Return the name of a mesh file as Bullet found it: under the script's own name of the URDF's folder.
+
+    Bullet looks for the name that the URDF has in its folder, then in those above, and keeps `..` in it.
+    """
+    if record.folder is None or not isinstance(geometry, Mesh) or geometry.path is None or geometry.data:
+        return file
+    name = geometry.uri.removeprefix("package://").removeprefix("model://").removeprefix("file://")
+    folder, place = record.folder, dirname(record.file)
+    wanted = normpath(str(geometry.path))
+    while True:
+        if normpath(join(place, name)) == wanted:
+            return join(folder, name).encode()
+        if not folder or folder in ("/", ".", ".."):
+            return file
+        folder, place = dirname(folder), dirname(place)
 
 
 def _visual_description(geometry: Geometry) -> tuple[int, tuple[float, ...], bytes]:
