@@ -12,7 +12,7 @@ from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import kernels as step_kernels
 from roboyard.sim.stepping import sequential_motors
 from roboyard.sim.stepping.impulses import inertia, solving
-from roboyard.sim.stepping.impulses.records import BLOCK, LINES
+from roboyard.sim.stepping.impulses.records import BLOCK, KEEP, LINES, OTHERS, SOLVE
 
 
 def problem(seed: int) -> dict[str, np.ndarray]:
@@ -127,6 +127,38 @@ def test_forces_alone_accelerate_as_in_mujoco() -> None:
     np.testing.assert_allclose(ours[0], data.qfrc_smooth, atol=1e-12)
     np.testing.assert_allclose(ours[1], data.qacc_smooth, atol=1e-9)
     assert np.abs(data.qacc_smooth).min() > 1e-3
+
+
+def test_rows_are_handed_over_with_what_forces_alone_lead_to() -> None:
+    """MuJoCo solves the rows of many bodies; drag acts on them without a place among external forces."""
+    world = World(profile=BULLET)
+    world.add_plane()
+    boxes = [
+        world.add_box((0.1, 0.1, 0.1), position=(0.3 * k, 0.0, 0.0501 + 0.2 * (k % 2)), mass=0.5 + k)
+        for k in range(10)
+    ]
+    for box in boxes:
+        world.surfaces.set_damping(box.links[0], 0.3, 0.2, linear_quadratic=0.1, angular_quadratic=0.4)
+    world.step(3)
+    model, data = world.live_model, world.live_data
+    assert mujoco.mj_isSparse(model) and data.ncon
+    data.qvel[:] = np.random.default_rng(4).normal(size=model.nv)
+    data.xfrc_applied[3] = (0.1, -0.2, 0.3, 0.05, 0.02, -0.07)
+    pushes = data.xfrc_applied.copy()
+    mujoco.mj_step1(model, data)
+    found, solver = world.stepping._compiled[1], world.stepping.in_turn
+    solver.prepare(model, data, world.timestep)
+    assert solver.execute(found, KEEP, SOLVE) == OTHERS
+    solver.hand_over(found)
+    ours = data.qfrc_smooth.copy(), data.qacc_smooth.copy()
+    assert (data.xfrc_applied == pushes).all()
+    step_kernels.add_damping(
+        *(solver._surface.damping, model.body_mass, model.body_inertia, model.body_rootid, data.cvel),
+        *(data.xipos, data.ximat, data.subtree_com, data.xfrc_applied),
+    )
+    mujoco.mj_fwdAcceleration(model, data)
+    np.testing.assert_allclose(ours[0], data.qfrc_smooth, atol=1e-12)
+    np.testing.assert_allclose(ours[1], data.qacc_smooth, atol=1e-9)
 
 
 @pytest.mark.parametrize("blocks", [1, 2])

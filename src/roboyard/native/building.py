@@ -39,7 +39,7 @@ WITHIN: dict[str, Any] = {"error_model": "numpy", "no_cpython_wrapper": True, "n
 """Options of functions that compiled ones call: what numba adds for calls from elsewhere takes it longer."""
 
 
-_made: dict[tuple[FunctionType, bool, bool, bool, bool, bool], Any] = {}
+_made: dict[tuple[FunctionType, bool, bool, bool, bool], Any] = {}
 """Source and options to numba's function, which several loops may call."""
 
 
@@ -50,7 +50,6 @@ def jit(
     no_nan: bool = False,
     is_part: bool = False,
     from_start: bool = False,
-    is_within: bool = False,
 ) -> Any:
     """Return a Python function compiled by numba, with the functions of its package that it calls.
 
@@ -58,13 +57,11 @@ def jit(
         function: its Python source.
         fast_math: whether LLVM may change the order of sums and products; see `FAST_MATH`.
         no_nan: whether LLVM may assume that no number is undefined.
-        is_part: whether it becomes part of those that call it. A call would copy nine words for each array
-            that is passed, a hundred and more for a record of arrays.
+        is_part: whether it becomes part of those that call it, which are compiled, too. A call would copy
+            nine words for each array that is passed, a hundred and more for a record of arrays.
         from_start: whether it is compiled within `_indices_from_start`, apart from where it is not.
-        is_within: whether only compiled functions call it, as they do parts.
     """
-    is_within = is_within or is_part
-    key = function, fast_math, no_nan, is_part, from_start, is_within
+    key = function, fast_math, no_nan, is_part, from_start
     if key not in _made:
         names = dict(function.__globals__)
         for name, source in called_functions(function):
@@ -80,7 +77,7 @@ def jit(
         copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
         freedoms = (FAST_MATH if fast_math else set()) | ({"nnan"} if no_nan else set())
         # Arrays that are passed have no owner here, and none are created: references are not counted.
-        options: dict[str, Any] = dict(WITHIN) if is_within else {"error_model": "numpy"}
+        options: dict[str, Any] = dict(WITHIN) if is_part else {"error_model": "numpy"}
         options |= {"fastmath": freedoms or False, "_nrt": False, "forceinline": is_part}
         _made[key] = njit(**options)(copy)
     return _made[key]
@@ -113,7 +110,7 @@ def machine_code(
             "word": _word,
             "np": np,
         }
-        own |= {"_loop": jit(function, is_within=True), "matrix": _view(Argument("float64", 2))}
+        own |= {"_loop": jit(function, is_part=True), "matrix": _view(Argument("float64", 2))}
         own |= {"numbers": _view(Argument("float64", 1)), "integers": _view(Argument("int64", 1))}
         return _compiled(signature.source, own | PYTHON, 4, name, is_small)
     from_start = isinstance(signature, Signature) and signature.from_start
@@ -122,14 +119,15 @@ def machine_code(
         fast_math=signature.fast_math,
         no_nan=signature.no_nan,
         from_start=from_start,
-        is_within=True,
+        is_part=True,
     )
     values: dict[str, Any] = {"_loop": loop, "np": np, **PYTHON}
     if isinstance(signature, FrontSignature):
         from roboyard.native.front_entries import front_source, helpers
 
         options: dict[str, Any] = {**WITHIN, "_nrt": False}
-        return _compiled(front_source(signature), values | helpers(njit(**options)), 4, name, is_small)
+        values |= helpers(njit(**options))
+        return _compiled(front_source(signature), values, 4, name, is_small)
     if isinstance(signature, CallbackSignature):
         return _compiled_callback(signature, values, name, is_small)
     for k, argument in enumerate(signature.arguments):

@@ -24,7 +24,7 @@ from roboyard.native.processor import processor
 from roboyard.native.signatures import CallbackSignature, EntrySignature, FrontSignature, Signature, Words
 
 AnySignature = Signature | FrontSignature | EntrySignature | CallbackSignature
-_LAYOUT = 10
+_LAYOUT = 11
 """Increased whenever arguments are passed, or loops compiled, in another way."""
 _DIGEST = 32
 """Bytes of the hash before the machine code: LLVM ends the process at damaged code."""

@@ -25,7 +25,7 @@ from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 
-keeping = lazy_module("roboyard.sim.stepping.impulses.keeping")
+handing_over = lazy_module("roboyard.sim.stepping.impulses.handing_over")
 order = lazy_module("roboyard.sim.stepping.impulses.order")
 solving = lazy_module("roboyard.sim.stepping.impulses.solving")
 
@@ -122,8 +122,11 @@ class SequentialMotors:
             self.execute(found, r.SOLVE, r.SOLVE)
 
     def hand_over(self, found: StepRows) -> None:
-        """Write what rows ask for into MuJoCo's, which its solver is given; they must be in its block."""
-        self.execute(found, r.HAND_OVER, r.HAND_OVER)
+        """Write what rows ask for into MuJoCo's, for its solver, and what forces alone lead to.
+
+        The rows must be in MuJoCo's block.
+        """
+        handing_over().hand_over(self._bundle_of(found))
 
     def correct_slides(self, found: StepRows, acceleration: np.ndarray, timestep: float) -> float:
         """Remove the lift of sliding contacts after MuJoCo's solver; return the largest change (m/s).
@@ -133,12 +136,12 @@ class SequentialMotors:
             acceleration: (nefc,) of rows, m/s² or rad/s².
             timestep: duration of the step (s).
         """
-        return order().correct_slides(
+        return handing_over().correct_slides(
             found.rows, found.contacts, found.search, self._surface, acceleration, timestep
         )
 
     def execute(self, found: StepRows, first: int, last: int, remade: int = 0) -> int:
-        """Execute parts of a step in the compiled loops `keep` and `execute`; return their last answer.
+        """Execute parts of a step in the compiled loop of that name; return what it returns.
 
         Args:
             found: the contacts and rows.
@@ -147,32 +150,30 @@ class SequentialMotors:
             remade: 1 where rows were made again, without their velocities.
         """
         while True:
-            if not found.is_direct:
-                found.look()
-                self._bundle = None
-            bundle = self._bundle
-            if (
-                bundle is None
-                or bundle.records[2] is not found.search
-                or bundle.records[5] is not self._manifolds.points
-            ):
-                bundle = self._bundle = r.EVERYTHING.of(
-                    *(found.rows, found.contacts, found.search, self._mechanism, self._state),
-                    *(self._manifolds.points, self._surface, self._solver),
-                )
-            answer = r.DONE
-            if first == r.KEEP:
-                answer = keeping().keep(bundle)
-                if answer == r.DONE:
-                    first = r.ARRANGE
-            if answer == r.DONE and last > r.KEEP:
-                answer = order().execute(bundle, first, last, remade)
+            answer = order().execute(self._bundle_of(found), first, last, remade)
             if answer == r.ROOM:
                 self._grow(*found.look()[:: len(found.counts) - 1])
             elif answer == r.LOST:
                 found.leave_memory()
             else:
                 return answer
+
+    def _bundle_of(self, found: StepRows) -> Any:
+        """Return all arrays of a step as one argument of compiled loops."""
+        if not found.is_direct:
+            found.look()
+            self._bundle = None
+        bundle = self._bundle
+        if (
+            bundle is None
+            or bundle.records[2] is not found.search
+            or bundle.records[5] is not self._manifolds.points
+        ):
+            bundle = self._bundle = r.EVERYTHING.of(
+                *(found.rows, found.contacts, found.search, self._mechanism, self._state),
+                *(self._manifolds.points, self._surface, self._solver),
+            )
+        return bundle
 
     def write(self, found: StepRows, timestep: float) -> None:
         """Write the solution over MuJoCo's, after its solver, which had other rows."""

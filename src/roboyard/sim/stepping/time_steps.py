@@ -222,7 +222,7 @@ class Stepping:
             self.constraints.prepare(model)
         mujoco.mj_step1(model, data)
         slides = self._slides
-        answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.HAND_OVER)
+        answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
         remade = answer in (r.POINTS_ARE_NEW, r.ROWS_ARE_OLD)
         if answer == r.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
@@ -237,22 +237,18 @@ class Stepping:
             return
         if remade:
             self._complete_rows(model, data, found)
-        if answer != r.HANDED_OVER and found.is_direct:
-            in_turn.hand_over(found)
-            answer = r.HANDED_OVER
-        if answer == r.HANDED_OVER:
+        if found.is_direct:
             self._finish_in_block(model, data, found, timestep)
         else:
             self._finish(model, data, found, timestep, slides=False, alone=False)
 
     def _finish_in_block(self, model: Any, data: Any, found: StepRows, timestep: float) -> None:
-        """Do what `_finish` does, with rows in MuJoCo's block, handed over, and without soft bodies."""
+        """Do what `_finish` does, with rows in MuJoCo's block and without soft bodies."""
         in_turn = self.in_turn
-        self._has_drag = True
+        mujoco.mj_fwdActuation(model, data)
+        in_turn.hand_over(found)
         if self._has_motors:
             self.motors.apply(data, timestep)
-        mujoco.mj_fwdActuation(model, data)
-        mujoco.mj_fwdAcceleration(model, data)
         in_turn.solve(found)
         mujoco.mj_fwdConstraint(model, data)
         contacts, _, _, _, rows = found.counts_now()

@@ -1,15 +1,12 @@
-"""The compiled loop that keeps the points of a step's contacts, the first part of a step."""
+"""Keeping the points of a step's contacts, the first part of a step."""
 
 from __future__ import annotations
 
-from roboyard.native import compiled
 from roboyard.sim.stepping.impulses.records import (
     DONE,
-    EVERYTHING,
     EXTRA,
     HELD,
     KEEPS_POINTS,
-    LOST,
     PAIRS,
     POINTS_ARE_NEW,
     ROOM,
@@ -24,15 +21,11 @@ from roboyard.sim.stepping.manifold_kernels import (
     round_edges,
     write_points,
 )
-from roboyard.sim.stepping.step_row_kernels import are_found
 
 
-@compiled(EVERYTHING, "-> i8", fast_math=True, from_start=True)
-def keep(rows, contacts, search, mechanism, state, points, surface, solver):  # pragma: no cover
+def keep(rows, contacts, search, mechanism, state, points, surface, rules):  # pragma: no cover
     """Move contacts and keep their points, before MuJoCo's rows are used; return what is to be done next."""
-    if not are_found(search):
-        return LOST
-    contact_count, rules = search.counts[0], solver.rules
+    contact_count = search.counts[0]
     if contact_count > points.keys.shape[1] and rules[KEEPS_POINTS] > 0.0:
         return ROOM
     points.notes[EXTRA] = 0

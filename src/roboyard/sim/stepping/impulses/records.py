@@ -36,12 +36,12 @@ DENSE = 128
 """Most rows whose influence on each other is kept as a table; so few are solved in turn wholly."""
 BLOCK = 8
 """Numbers of rows are rounded up to a multiple of it, so that loops over them have no rest."""
-KEEP, ARRANGE, ASK, SOLVE, HAND_OVER = range(5)
-"""Parts of a step, in order: `keep`, then those of `execute`."""
-DONE, ROOM, POINTS_ARE_NEW, ROWS_ARE_OLD, OTHERS, HANDED_OVER, LOST = range(7)
-"""Answers of both: all is done; arrays are too short; points must be added to MuJoCo's contacts; it must make
-rows again, since contacts were moved or added; its solver has rows to solve; they are handed over to it, too;
-its arrays are not where they were."""
+KEEP, ARRANGE, ASK, SOLVE = range(4)
+"""Parts of a step, in order."""
+DONE, ROOM, POINTS_ARE_NEW, ROWS_ARE_OLD, OTHERS, LOST = range(6)
+"""Answers of `execute`: all is done; arrays are too short; points must be added to MuJoCo's contacts; it must
+make rows again, since contacts were moved or added; its solver has rows to solve; its arrays are not where
+they were."""
 
 
 class Search(NamedTuple):
