@@ -173,21 +173,28 @@ def test_shapes_touch_where_one_contype_meets_the_other_conaffinity(
     assert (p.getBasePositionAndOrientation(body)[0][2] > 0.09) == rests
 
 
-@pytest.mark.parametrize("bit", [0, 1])
+@pytest.mark.parametrize(
+    ("bit", "height", "touching"),
+    [
+        (0, -0.15, []),
+        (1, -0.15, [(-1, 3), (1, 3)]),
+        (1, -0.2, [(-1, 3)]),
+    ],  # link 2, fixed to 3, is the parent
+)
 def test_contype_and_conaffinity_0_collide_with_nothing_within_their_body(
-    client: int, tmp_path: Path, bit: int
+    client: int, tmp_path: Path, bit: int, height: float, touching: list[tuple[int, int]]
 ) -> None:
+    """Link 2, fixed to 3, is its parent. In the last case links 1 and 3 touch but for rounding."""
     ball = f'<geom type="sphere" size="0.1" contype="{bit}" conaffinity="{bit}"/>'
     (tmp_path / "tree.xml").write_text(
         f'<mujoco><worldbody><body pos="0 0 1">{ball}'
         f'<body pos="0 0 .3"><joint type="hinge" axis="0 1 0"/>{ball}'
-        f'<body pos="0 0 -.15"><joint type="hinge" axis="0 1 0"/>{ball}</body>'
+        f'<body pos="0 0 {height}"><joint type="hinge" axis="0 1 0"/>{ball}</body>'
         "</body></body></worldbody></mujoco>"
     )
     p.loadMJCF(str(tmp_path / "tree.xml"), flags=p.URDF_USE_SELF_COLLISION)
     p.stepSimulation()
-    touching = [point[3:5] for point in p.getContactPoints()]
-    assert touching == ([(-1, 3), (1, 3)] if bit else [])  # link 2, which is fixed to link 3, is the parent
+    assert [point[3:5] for point in p.getContactPoints()] == touching
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,8 @@ UNMOVED = 1e-14
 """Square of the shift (m) below which a contact stays."""
 AWAY = 1.0
 """Distance (m) of contacts that do not count."""
+APART = 1e-12
+"""Depth (m) up to which two spheres are apart, as those that a file lets touch are but for rounding."""
 TAKEN = 2.0
 """Mark of a point that a contact of this step has."""
 
@@ -268,15 +270,18 @@ def drop_gaps(  # pragma: no cover
 ):
     """Move contacts away across whose gaps an impulse engine does not look.
 
-    It finds no points of two boxes or two spheres apart from each other, nor those of a compound's part
-    whose box, parallel to the world's axes, is apart from the other shape's.
+    It finds no points of two boxes or two spheres apart from each other, which spheres are that touch, nor
+    those of a compound's part whose box, parallel to the world's axes, is apart from the other shape's.
 
     margins: (ngeom,) as of `hard_contacts`. boxes: (ngeom, 4, 3) middles of the shapes' boxes and their half
     axes in the frames of the bodies (m). compound: (ngeom,) 1 for the parts of compounds.
     """
     for i in range(contact_count):
         a, b = contacts.geom[i, 0], contacts.geom[i, 1]
-        if a < 0 or b < 0 or contacts.dist[i] <= margins[a] + margins[b]:
+        if a < 0 or b < 0:
+            continue
+        gap = contacts.dist[i] - margins[a] - margins[b]
+        if gap <= (-APART if geom_type[a] == SPHERE and geom_type[b] == SPHERE else 0.0):
             continue
         if geom_type[a] == geom_type[b] and (geom_type[a] == SPHERE or geom_type[a] == BOX):
             contacts.dist[i] = AWAY
