@@ -60,6 +60,7 @@ def draw(triangles, q_far=0.0, cull=0):
         np.zeros(1, dtype=np.float32), nearness, seen, WIDTH, 0, HEIGHT, np.empty(count, dtype=np.int32),
         np.empty((2, count), dtype=np.int32), np.empty(count, dtype=np.float32),
         np.empty(raster.WHOLE, dtype=np.int32), np.empty(raster.SINGLE, dtype=np.float32),
+        np.empty((7, 3)),
     )  # fmt: skip
     return seen.reshape(HEIGHT, WIDTH), nearness.reshape(HEIGHT, WIDTH)
 

@@ -8,7 +8,15 @@ import numpy as np
 
 from roboyard._records import dataclass
 
-DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "u8": "uint64", "i4": "int32", "u1": "uint8"}
+DTYPES = {
+    "f8": "float64",
+    "f4": "float32",
+    "i8": "int64",
+    "u8": "uint64",
+    "i4": "int32",
+    "u4": "uint32",
+    "u1": "uint8",
+}
 """Abbreviation to the name of NumPy's type."""
 
 

@@ -26,7 +26,7 @@ def buffer(name: str, shape: tuple[int, ...], dtype: type[np.generic]) -> NDArra
 
 def scratch(vertices: int) -> tuple[NDArray, ...]:
     """Return the calling thread's (vertices,) and other scratch arrays for `raster.draw_meshes`."""
-    from roboyard.rendering.kernels import raster  # which loads numba
+    from roboyard.rendering.kernels import raster  # on first use
 
     most = max(vertices, 1)
     return (
@@ -35,6 +35,7 @@ def scratch(vertices: int) -> tuple[NDArray, ...]:
         buffer("q", (most,), np.float32),
         buffer("whole", (raster.WHOLE,), np.int32),
         buffer("single", (raster.SINGLE,), np.float32),
+        buffer("corners", (7, 3), np.float64),
     )
 
 

@@ -398,11 +398,11 @@ class Camera:
 
     def depth_to_buffer(self, depth: ArrayLike) -> NDArray[np.float32]:
         """Return the OpenGL depth buffer, 0 (near) to 1 (far and misses), of (..., n) depths (m)."""
-        from roboyard.rendering.kernels.depth import to_buffer  # numba, on first use only
+        from roboyard.rendering.kernels.depth import to_buffer  # on first use only
 
         z = np.asarray(depth)
         if z.dtype != np.float32:
-            z = z.astype(float)
+            z = z.astype(np.float32)
         p = self.projection
         out = result("depth buffer", z.shape, np.float32)
         flat = np.ascontiguousarray(z).reshape(-1)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from roboyard._lazy import LazyLogger
+from roboyard.native import Kernel
 
 _log = LazyLogger("roboyard")
 _announced = False
@@ -14,7 +14,7 @@ _warm: set[int] = set()
 
 
 def announce(*kernels: Any) -> None:
-    """Log one line when any of the numba functions has neither been compiled nor been stored on disk."""
+    """Log one line when any of the loops has neither been compiled nor been stored on disk."""
     global _announced
     for kernel in kernels:
         if _announced or id(kernel) in _warm:
@@ -23,16 +23,9 @@ def announce(*kernels: Any) -> None:
             _warm.add(id(kernel))
             continue
         _announced = True
-        _log.warning("compiling the software renderer for this machine: once, about 15 seconds")
+        _log.warning("compiling the software renderer for this machine: once, about 30 seconds")
 
 
 def is_cold(kernel: Any) -> bool:
-    """Whether a numba function has neither been compiled nor been stored on disk."""
-    if getattr(kernel, "signatures", True):  # without, as with NUMBA_DISABLE_JIT, it is plain Python
-        return False
-    path = kernel.stats.cache_path
-    if path is None:
-        return True
-    function = kernel.py_func
-    module = Path(function.__code__.co_filename).stem
-    return not any(Path(path).glob(f"{module}.{function.__qualname__}-*.nbi"))
+    """Return whether a loop has neither been compiled nor been stored on disk."""
+    return isinstance(kernel, Kernel) and not kernel.is_ready

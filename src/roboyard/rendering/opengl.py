@@ -293,4 +293,5 @@ def _draw_lines(camera: Camera, lines: DebugLines, depth: NDArray, rgba: NDArray
     draw_lines(
         *lines_as_arrays(lines, 1.0), camera.pixel_matrix, camera.is_perspective, camera.near,
         camera.width, camera.height, nearness.astype(np.float32).ravel(), rgba.reshape(-1, 4),
+        np.empty((2, 3)),
     )  # fmt: skip

@@ -89,16 +89,18 @@ def cast(
     centre, reach = middles[casters] @ matrix[:, :3].T, np.einsum("nij,nj->ni", axes, arrays.halves[casters])
     low, high = (centre - reach).min(axis=0), (centre + reach).max(axis=0)
     stride = 2 if width * height > 40000 else 1
-    visible, count, total, shaded = kernels.lit_bounds(
-        seen, nearness, width, height, stride, perspective, *rays, matrix, low[:2], high[:2]
-    )
+    visible, shaded, total = np.empty((2, 2)), np.empty(4, np.int64), np.empty(1)
+    count = kernels.lit_bounds(
+        seen, nearness, width, height, stride, perspective, *rays, matrix, low[:2], high[:2],
+        visible, shaded, total,
+    )  # fmt: skip
     if not count:
         return NO_SHADOW
     low[:2], high[:2] = visible
     extent = np.array([_steady(side) for side in high[:2] - low[:2]])
     # texels slightly larger than the pixels that show them: the filter spans three texels
     origins, directions = rays
-    pixel = np.linalg.norm(origins[1] + total / count * directions[1])
+    pixel = np.linalg.norm(origins[1] + total[0] / count * directions[1])
     size = _map_size(float(extent.max() / (TEXEL * pixel)))
     texel = float(extent.max()) / (size - 2 * MARGIN - 1)
     # whole texels of a fixed grid, so that edges do not flicker when the bounds change slightly

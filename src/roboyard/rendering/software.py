@@ -18,7 +18,6 @@ from roboyard.rendering.image import Image
 from roboyard.rendering.kernels import lines as line_kernels
 from roboyard.rendering.kernels import raster, runs, shade, textures
 from roboyard.rendering.kernels.arrays import Background, Instances, Meshes, Sunlight, View
-from roboyard.rendering.kernels.textures import sample_textures
 from roboyard.rendering.light import Light
 from roboyard.rendering.matrices import inverse_3x3
 from roboyard.rendering.parts import Pace, even_bands, in_parts, part_count
@@ -294,11 +293,11 @@ def _color(
     words = buffer("paint", (width * height if textured else 1,), np.uint32)
 
     if textured:
-        announce(sample_textures)
+        announce(textures.sample_textures)
 
     def paint(codes: NDArray[np.int64], near: NDArray[np.float32], final: bool, first: int, end: int) -> None:
         if textured:
-            sample_textures(
+            textures.sample_textures(
                 codes, near, first, end, width, frame.perspective, frame.origins, frame.directions,
                 frame.to_world, to_local, arrays.links, arrays.faces, arrays.vertices, arrays.uv,
                 arrays.texels, arrays.texture_table, buffer("laid", (3, 6), np.float64),
@@ -328,6 +327,6 @@ def _color(
     if lines is not None and len(lines.start):
         line_kernels.draw_lines(
             *lines_as_arrays(lines, line_scale), frame.pixels, frame.perspective, frame.near,
-            width, height, nearness, rgba,
+            width, height, nearness, rgba, np.empty((2, 3)),
         )  # fmt: skip
     return rgba

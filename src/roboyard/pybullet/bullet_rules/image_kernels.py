@@ -1,13 +1,13 @@
-"""Compiled loops over the pixels of a camera image. Import on first use only: numba is slow to load."""
+"""Compiled loops over the pixels of a camera image."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from roboyard._numba import njit
+from roboyard.native import compiled
 
 
-@njit(cache=True)
+@compiled("i4[:,::1] i4[::1] i8 i4[::1]")
 def segmentation_ids(owners, numbers, with_links, out):  # pragma: no cover
     """Write the ids of a segmentation mask to `out` (n,) int32; -1 for the background and unknown bodies.
 

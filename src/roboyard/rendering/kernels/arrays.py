@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard.native import record
+
 Array = NDArray[np.float64]
 
 
@@ -84,3 +86,10 @@ class Background(NamedTuple):
     """(2, 4) RGBA at the top and at the bottom."""
     fade: Array
     """(2,) depths between which infinite planes fade into the background (m)."""
+
+
+VIEW = record(View, "i8 i8 i8 f8[:,:] f8[:,:]")
+INSTANCES = record(Instances, "f8[:,:,::1] f8[:,:,::1] f8[:,::1] i4[:,::1]")
+MESHES = record(Meshes, "i4[:,::1] f4[:,::1] f4[:,:,::1] u1[:,::1]")
+SUNLIGHT = record(Sunlight, "f8[::1] f4[::1] f4[::1] i8 f8[:,:] f8 i8[::1]")
+BACKGROUND = record(Background, "f8[:,:] f8[::1]")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard._numba import njit
+from roboyard.native import compiled
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled("f4[::1] f8 f8 f8 f8 f4[::1]", releases_gil=True)
 def to_buffer(depth, z_scale, z_offset, w_scale, w_offset, out):
     """Write 0 (near) to 1 (far, infinite or NaN) of depths (n,) (m) to `out` (n,) float32.
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import I, compiled, inlined, without_refcounts
+from roboyard.rendering.kernels.options import I
 from roboyard.rendering.kernels.patterns import checker_at
 from roboyard.rendering.kernels.raster import PLANE
 from roboyard.rendering.kernels.runs import (
@@ -48,7 +48,6 @@ from roboyard.rendering.kernels.vectors import (
 )
 
 
-@inlined
 def lay_face(work, code, row, first, end, run, view, instances, meshes, paint, sun, fade):
     """Write colour, normal and shadow offset of columns `first` to `end`, which all show the same face.
 
@@ -128,7 +127,6 @@ def lay_face(work, code, row, first, end, run, view, instances, meshes, paint, s
             work[FADE + k] = ZERO
 
 
-@inlined
 def lay_color(
     work, instance, face, across, to_mesh, row, first, end, run, view, instances, meshes, paint
 ):  # fmt: skip
@@ -176,7 +174,6 @@ def lay_color(
             work[BLUE + k] += share * (materials[instance, 7] - work[BLUE + k])
 
 
-@without_refcounts
 def triangle(vertices, faces, face, first_vertex):
     """Return the first corner of a face and the edges from it to the other two, in the mesh frame."""
     i = first_vertex + faces[face, 0]
@@ -186,7 +183,6 @@ def triangle(vertices, faces, face, first_vertex):
     return a, b, c
 
 
-@compiled
 def barycentric_vectors(u, v):
     """Return two vectors whose dot products with a point's offset from corner 0 are its barycentric
     coordinates at corners 1 and 2; u and v are the edges from corner 0 to them.
@@ -198,14 +194,12 @@ def barycentric_vectors(u, v):
     return first, scaled(subtract(scaled(v, uu), scaled(u, uv)), spread)
 
 
-@without_refcounts
 def is_flat(normals, face):
     """Return whether all corners of a face have the same normal."""
     a, b, c = row3_of(normals, face, 0), row3_of(normals, face, 1), row3_of(normals, face, 2)
     return a[0] == b[0] and a[1] == b[1] and a[2] == b[2] and a[0] == c[0] and a[1] == c[1] and a[2] == c[2]
 
 
-@without_refcounts
 def smooth_normal(normals, face, share_1, share_2):
     """Return the corners' normals interpolated at barycentric coordinates, of any length."""
     share_1 = min(max(share_1, 0.0), 1.0)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import compiled, without_refcounts
 from roboyard.rendering.kernels.vectors import along, dot, product, row_of
 
 
-@compiled
 def checker_share(x, y, wide_x, wide_y):
     """Return the fraction of the second colour in a footprint around (x, y), in squares.
 
@@ -24,7 +22,6 @@ def checker_share(x, y, wide_x, wide_y):
     return 0.5 - 2.0 * wave_x * wave_y / (wide_x * wide_y)
 
 
-@without_refcounts
 def checker_at(point, normal, to_mesh, direction, depth, origins, directions, per_x, per_y):
     """Return the fraction of the second colour in the pixel that shows a point of a face.
 
@@ -52,7 +49,6 @@ def checker_at(point, normal, to_mesh, direction, depth, origins, directions, pe
     return checker_share(point[0] * per_x, point[1] * per_y, wide_x * per_x, wide_y * per_y)
 
 
-@without_refcounts
 def background_color(gradient, row, height):
     """Return the RGBA of a row of a vertical gradient (2, 4)."""
     share = (row + 0.5) / height

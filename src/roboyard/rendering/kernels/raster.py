@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard._numba import njit
-from roboyard.rendering.kernels.options import I, exact
+from roboyard.native import compiled
+from roboyard.rendering.kernels.options import I
 from roboyard.rendering.kernels.small_triangles import (
     FACE,
     LIST,
@@ -34,7 +34,6 @@ PLANE = 0x7FFFFFFF
 """Triangle number of an infinite plane."""
 
 
-@exact
 def box_in_view(matrix, lower, upper, perspective, near, far, width, first_row, end_row):
     """Return whether any part of a box may be visible in some rows of the picture."""
     left, right, above, below, close, beyond = 0, 0, 0, 0, 0, 0
@@ -55,10 +54,14 @@ def box_in_view(matrix, lower, upper, perspective, near, far, width, first_row, 
     return max(left, right, above, below, close, beyond) < 8
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled(
+    "i4[:,::1] f8[:,:,:] f8[:,:,:] f4[:,::1] i4[:,::1] i8 f8 f8 i8 f4[::1] f4[::1] i8[::1]",
+    "i8 i8 i8 i4[::1] i4[:,::1] f4[::1] i4[::1] f4[::1] f8[:,::1] -> i8",
+    releases_gil=True,
+)
 def draw_meshes(
     draws, matrices, boxes, vertices, faces, perspective, near, far, mode, limit, nearness, seen,
-    width, first_row, end_row, cell, place, q, whole, single,
+    width, first_row, end_row, cell, place, q, whole, single, corners,
 ):  # fmt: skip
     """Draw ranges of triangles into `nearness` and `seen`; returns the number of pixels written.
 
@@ -85,6 +88,7 @@ def draw_meshes(
         q: (most vertices of a mesh,) float32 scratch.
         whole: (WHOLE,) int32 scratch.
         single: (SINGLE,) float32 scratch.
+        corners: (7, 3) scratch.
     """
     won = 0
     done = -1
@@ -122,7 +126,7 @@ def draw_meshes(
                     won += fill_clipped(
                         m, vertices, first + np.int64(i0), first + np.int64(i1), first + np.int64(i2),
                         perspective, near, cull, code_base | face, mode, limit, nearness, seen, width,
-                        first_row, end_row,
+                        first_row, end_row, corners,
                     )  # fmt: skip
                     continue
                 x0, y0 = columns[i0] * STEP, rows[i0] * STEP
@@ -137,7 +141,7 @@ def draw_meshes(
     return won
 
 
-@exact
+@compiled("f8 f8 f8 f8 i8 i8 f4[::1] f4[::1] i8[::1] i8 i8 i8 -> i8", releases_gil=True)
 def draw_plane(q_column, q_row, q_zero, q_most, code, mode, limit, nearness, seen, width, first_row, end_row):
     """Draw an infinite plane whose nearness is affine in the pixel, in some rows.
 

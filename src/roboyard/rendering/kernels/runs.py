@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import I, inlined
+from roboyard.rendering.kernels.options import I
 from roboyard.rendering.kernels.shadow import sunlight
 from roboyard.rendering.kernels.vectors import at_pixel, dot, row_of
 
@@ -25,7 +25,6 @@ pixels: depth, point, normal, colour, highlight, place in the shadow map and nea
 the sun, share of the sun, and fading."""
 
 
-@inlined
 def lay_points(work, nearness, row, first, end, view):
     """Write depth, and place from the eye of pixel (0, 0), of the points that a run of pixels shows."""
     o, d = view.origins, view.directions
@@ -51,7 +50,6 @@ def lay_points(work, nearness, row, first, end, view):
         work[PZ + k] = (oz + uz * t) + depth * (dz + vz * t)
 
 
-@inlined
 def lay_light(work, row, first, end, view, sun):
     """Make normals unit vectors; write the cosine to the sun, its share and the place in the shadow map."""
     light, m = sun.light, sun.matrix
@@ -73,7 +71,6 @@ def lay_light(work, row, first, end, view, sun):
         add_place(work, Q, count, (-m[2, 0], -m[2, 1], -m[2, 2]), -m[2, 3], o, right, d, ahead)
 
 
-@inlined
 def add_place(work, into, count, axis, offset, origin, right, direction, ahead):
     """Add the place of each pixel's point along an axis to the array `into`.
 
@@ -95,7 +92,6 @@ def add_place(work, into, count, axis, offset, origin, right, direction, ahead):
         work[into + k] += (start + rise * t) + work[DEPTH + k] * (slope + bend * t)
 
 
-@inlined
 def cast_shadows(work, start, end, sun):
     """Write the share of the sun that reaches each point; those that face away from it have none."""
     leak = sun.light[10]
@@ -105,7 +101,6 @@ def cast_shadows(work, start, end, sun):
             work[SUN + k] = share + leak * (1.0 - share)
 
 
-@inlined
 def light_up(work, row, first, end, view, sun):
     """Light colours: ambient, sun, sky, gloss and Blinn's highlight with exponent 32."""
     light = sun.light
@@ -144,7 +139,6 @@ def light_up(work, row, first, end, view, sun):
         work[BLUE + k] = work[BLUE + k] * (ambient + amount * blue) + shine * blue
 
 
-@inlined
 def light_evenly(work, count, ambient):
     """Light the colours of a run by ambient light alone."""
     share = F(ambient)
@@ -154,7 +148,6 @@ def light_evenly(work, count, ambient):
         work[BLUE + k] *= share
 
 
-@inlined
 def fade_out(work, count, behind):
     """Mix the colours of infinite planes with the background."""
     red, green, blue = F(behind[0]), F(behind[1]), F(behind[2])
@@ -165,7 +158,6 @@ def fade_out(work, count, behind):
         work[BLUE + k] += share * (blue - work[BLUE + k])
 
 
-@inlined
 def write_run(work, count, more, out, p):
     """Write the opaque colours of a run as packed bytes to `out`, from pixel p; `more` is added to levels."""
     more = F(more)

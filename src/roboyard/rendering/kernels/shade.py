@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from roboyard.native import compiled
+from roboyard.rendering.kernels.arrays import BACKGROUND, INSTANCES, MESHES, SUNLIGHT, VIEW
 from roboyard.rendering.kernels.faces import lay_face
-from roboyard.rendering.kernels.options import I, compiled, without_refcounts
+from roboyard.rendering.kernels.options import I
 from roboyard.rendering.kernels.patterns import background_color
 from roboyard.rendering.kernels.runs import (
     ALPHA,
@@ -24,7 +26,13 @@ from roboyard.rendering.kernels.runs import (
 )
 
 
-@without_refcounts
+@compiled(
+    "i8[::1] f4[::1] i8 i8",
+    *(VIEW, INSTANCES, MESHES, "u4[::1]", SUNLIGHT, BACKGROUND),
+    "f4[:,::1] i8 i8 f4[::1] u4[::1]",
+    fast_math=True,
+    releases_gil=True,
+)
 def shade(
     seen, nearness, first_row, end_row, view, instances, meshes, paint, sun, background, front, layered,
     final, work, out,
@@ -98,7 +106,6 @@ def shade(
                 write_run(work, column - first, sun.light[12], out, p)
 
 
-@without_refcounts
 def packed(rgba):
     """Return a colour as bytes, red in the low one."""
     red, green = np.uint32(rgba[0] * 255.0 + 0.5), np.uint32(rgba[1] * 255.0 + 0.5)
@@ -106,7 +113,6 @@ def packed(rgba):
     return np.uint32(red | (green << np.uint32(8)) | (blue << np.uint32(16)) | (alpha << np.uint32(24)))
 
 
-@without_refcounts
 def blended(front, p, rgba):
     """Return a colour under the layers in front of pixel p, as bytes."""
     rest = 1.0 - front[p, 3]
@@ -120,13 +126,11 @@ def blended(front, p, rgba):
     )
 
 
-@without_refcounts
 def color_of(work, k):
     """Return the RGB of pixel k of a run."""
     return min(work[RED + k], ONE), min(work[GREEN + k], ONE), min(work[BLUE + k], ONE)
 
 
-@without_refcounts
 def add_behind(front, p, work, k):
     """Add the transparent surface of pixel k of a run behind the layers in front of pixel p."""
     weight = (1.0 - front[p, 3]) * work[ALPHA + k]
@@ -137,7 +141,7 @@ def add_behind(front, p, work, k):
     front[p, 3] += weight
 
 
-@compiled
+@compiled("i8[::1] f4[::1] i4[:,::1] i8 f4[::1] i4[:,::1]", fast_math=True, releases_gil=True)
 def describe(seen, nearness, links, perspective, depth, segmentation):
     """Write the depth (m; inf: none) and the owner ids (-1: none) of each pixel.
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard._numba import njit
-from roboyard.rendering.kernels.options import FAST, compiled
+from roboyard.native import compiled
 
 TILE_BITS = 3
 TILE = 1 << TILE_BITS
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST, inline="always")
 def sunlight(shadow, tiles, size, column, row, q):
     """Return the fraction of the sun that reaches a point: a 3 by 3 texel tent filter; 1 outside the map.
 
@@ -39,7 +37,7 @@ def sunlight(shadow, tiles, size, column, row, q):
     return total / 9.0
 
 
-@compiled
+@compiled("f4[::1] i8 f4[::1]", releases_gil=True)
 def nearest_of_tiles(shadow, size, tiles):
     """Write the largest nearness of each tile of TILE by TILE texels, plus the filter margin, to `tiles`."""
     count = size // TILE
@@ -52,17 +50,26 @@ def nearest_of_tiles(shadow, size, tiles):
             tiles[j * count + i] = best
 
 
-@compiled
-def lit_bounds(seen, nearness, width, height, stride, perspective, origins, directions, m, low, high):
-    """Return the extent of the visible surfaces that shadows may reach.
+@compiled(
+    "i8[::1] f4[::1] i8 i8 i8 i8 f8[:,:] f8[:,:] f8[:,:] f8[::1] f8[::1] f8[:,::1] i8[::1] f8[::1] -> i8",
+    fast_math=True,
+    releases_gil=True,
+)
+def lit_bounds(
+    seen, nearness, width, height, stride, perspective, origins, directions, m, low, high, bounds, shaded,
+    depths,
+):  # fmt: skip
+    """Write the extent of the visible surfaces that shadows may reach; return how many points show them.
 
     These are the points between `low` and `high` (2,) in the axes `m` (3, 4); every `stride`-th pixel is
-    sampled. Returns lower and upper bounds (2, 2), the number of points, the sum of their depths (m), and
-    the first and last column and row (4,) that show them.
+    sampled. Written are lower and upper `bounds` (2, 2), the first and last column and row that show them,
+    `shaded` (4,), and the sum of their `depths` (1,) (m).
     """
-    out = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
+    out = bounds
+    out[0, 0] = out[0, 1] = np.inf
+    out[1, 0] = out[1, 1] = -np.inf
     count, total = 0, 0.0
-    shaded = np.array([width, -1, height, -1])
+    shaded[0], shaded[1], shaded[2], shaded[3] = width, -1, height, -1
     for row in range(0, height, stride):
         for column in range(0, width, stride):
             p = row * width + column
@@ -89,4 +96,5 @@ def lit_bounds(seen, nearness, width, height, stride, perspective, origins, dire
     shaded[1] += stride
     shaded[2] -= stride
     shaded[3] += stride
-    return out, count, total, shaded
+    depths[0] = total
+    return count

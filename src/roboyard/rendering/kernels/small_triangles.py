@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import I, inlined_exact
+from roboyard.rendering.kernels.options import I
 from roboyard.rendering.kernels.snapping import (
     BITS,
     DEPTH_ONLY,
@@ -42,7 +42,6 @@ Q0, Q1, Q2, START, K1, K2 = (I(BATCH * k) for k in range(6))
 plus K1 and K2 times edge functions 2 and 0."""
 
 
-@inlined_exact
 def gather(faces, start, end, cell, columns, rows, q, whole, single):
     """Write the corners of faces with a column and a row of pixel centres between them, at most BATCH.
 
@@ -66,7 +65,6 @@ def gather(faces, start, end, cell, columns, rows, q, whole, single):
     return last, np.int64(count)
 
 
-@inlined_exact
 def set_up(count, cull, width, whole, single):
     """Write the edge functions and the nearness of gathered triangles, at the first pixel of their boxes.
 
@@ -112,7 +110,6 @@ def set_up(count, cull, width, whole, single):
         single[K1 + k], single[K2 + k] = k1, k2
 
 
-@inlined_exact
 def those_to_draw(count, whole):
     """Write the numbers of the gathered triangles that are drawn to LIST; returns how many these are."""
     left = I(0)
@@ -122,7 +119,6 @@ def those_to_draw(count, whole):
     return np.int64(left)
 
 
-@inlined_exact
 def fill_small(whole, single, k, code, mode, limit, nearness, seen, width):
     """Draw the gathered triangle k, a small one; returns the number of pixels written."""
     a0, a1, a2 = whole[A0 + k], whole[A1 + k], whole[A2 + k]

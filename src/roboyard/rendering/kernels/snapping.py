@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import I, inlined_exact
+from roboyard.rendering.kernels.options import I
 
 DEPTH_ONLY, RECORD, PEEL = 0, 1, 2
 SNAP, SHIFT = 1024.0, np.int32(10)
@@ -22,7 +22,6 @@ SPECIAL = OUTSIDE
 """Least of these two."""
 
 
-@inlined_exact
 def project(m, xs, ys, zs, first, end, perspective, near, width, first_row, end_row, cell, columns, rows, qs):
     """Write the snapped columns and rows of vertices, in steps, their nearness and their cells.
 

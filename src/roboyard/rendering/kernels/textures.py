@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import I, compiled, inlined, without_refcounts
+from roboyard.native import compiled
+from roboyard.rendering.kernels.options import I
 from roboyard.rendering.kernels.raster import PLANE
 
 F, U = np.float32, np.uint32
@@ -24,7 +25,6 @@ COLORS = 8 * RUN
 """Places of a run's arrays in one array each of single precision, whole numbers and colours."""
 
 
-@compiled
 def texture_gradients(
     out, uvs, face_uv, vertices, i0, i1, i2, to_world, to_local, instance, origins, directions, perspective
 ):
@@ -77,7 +77,12 @@ def texture_gradients(
     out[2, 0], out[2, 1] = column * scale, row * scale
 
 
-@without_refcounts
+@compiled(
+    "i8[::1] f4[::1] i8 i8 i8 i8 f8[:,:] f8[:,:] f8[:,:,::1] f8[:,:,::1] i4[:,::1] i4[:,::1] f4[:,::1]",
+    "f4[:,:,::1] u4[::1] i4[:,:,::1] f8[:,::1] f4[::1] i4[::1] u4[::1] u4[::1]",
+    fast_math=True,
+    releases_gil=True,
+)
 def sample_textures(
     seen, nearness, first_row, end_row, width, perspective, origins, directions, to_world, to_local, links,
     faces, vertices, uvs, texels, textures, laid, single, whole, colors, out,
@@ -165,7 +170,6 @@ def sample_textures(
                 out[p + i] = colors[EVEN + i] | U(colors[ODD + i] << EIGHT)
 
 
-@inlined
 def lay_coordinates(single, nearness, p, count, x, y, laid, perspective, columns, rows):
     """Write texture coordinates, from 0 to 1 with v downward, and the footprint's side in texels.
 
@@ -213,7 +217,6 @@ def lay_coordinates(single, nearness, p, count, x, y, laid, perspective, columns
         single[SIDE + k] = min(np.sqrt(square), WIDEST)
 
 
-@inlined
 def choose_levels(single, whole, count, deepest):
     """Write the level of each pixel and how much the next one counts, in 256ths.
 
@@ -238,7 +241,6 @@ def choose_levels(single, whole, count, deepest):
         whole[PART + k] = part - (is_next << np.int32(8))
 
 
-@inlined
 def sample_level(single, whole, colors, start, end, texels, textures, texture, level):
     """Write the bilinear samples of one level of a texture: the even bytes of a colour, and its odd ones."""
     base = np.int32(textures[texture, level, 0])

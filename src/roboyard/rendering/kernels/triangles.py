@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard._numba import njit
-from roboyard.rendering.kernels.options import I, exact, inlined_exact
+from roboyard.rendering.kernels.options import I
 from roboyard.rendering.kernels.snapping import DEPTH_ONLY, PEEL, SNAP, STEP
 
 TIE = 0.5 * STEP * STEP
@@ -13,7 +12,6 @@ NARROW = 12
 """Most columns of a triangle's box whose pixels are all tested; wider ones compute where each row begins."""
 
 
-@inlined_exact
 def narrowed(slope, step, start, low, high):
     """Return the part of the columns `low` to `high` where the edge function `start + slope * k` is >= 0.
 
@@ -26,13 +24,11 @@ def narrowed(slope, step, start, low, high):
     return low, (high if start >= 0.0 else -1.0)
 
 
-@inlined_exact
 def tie_of(a, b):
     """Return what an edge function with these slopes loses so that pixels on other edges are excluded."""
     return 0.0 if a > 0.0 or (a == 0.0 and b > 0.0) else TIE
 
 
-@exact
 def fill_triangle(
     x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearness, seen, width, first_row, end_row
 ):
@@ -112,13 +108,12 @@ def fill_triangle(
     return won
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
 def fill_clipped(
     m, vertices, i0, i1, i2, perspective, near, cull, code, mode, limit, nearness, seen, width,
-    first_row, end_row,
+    first_row, end_row, corners,
 ):  # fmt: skip
-    """Draw the part of a triangle beyond the near plane."""
-    corner = np.empty((3, 3))
+    """Draw the part of a triangle beyond the near plane; `corners`: (7, 3) scratch."""
+    corner, point = corners[:3], corners[3:]
     for k in range(3):
         i = i0 if k == 0 else (i1 if k == 1 else i2)
         for axis in range(3):
@@ -128,12 +123,11 @@ def fill_clipped(
                 + m[axis, 2] * vertices[2, i]
                 + m[axis, 3]
             )
-    point = np.empty((4, 3))
     count = 0
     for k in range(3):
-        a, b = corner[k], corner[(k + 1) % 3]
+        a, b = corner[k], corner[k + 1 if k < 2 else 0]
         if a[2] >= near:
-            point[count] = a
+            point[count, 0], point[count, 1], point[count, 2] = a[0], a[1], a[2]
             count += 1
         if (a[2] >= near) != (b[2] >= near):
             # from the visible to the clipped corner, so that two triangles clip a shared edge at one point
