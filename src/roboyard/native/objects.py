@@ -50,7 +50,12 @@ def address_of(function: FunctionType, signature: AnySignature) -> int:
 
 def code_is_used() -> bool:
     """Return whether loops are machine code here, stored or compiled."""
-    return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0") and arrays_have_the_known_layout()
+    return not compiler_is_off() and arrays_have_the_known_layout()
+
+
+def compiler_is_off() -> bool:
+    """Return whether numba's own switch makes all loops plain Python."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 
 def is_stored(function: FunctionType, signature: AnySignature) -> bool:

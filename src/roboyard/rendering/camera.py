@@ -400,9 +400,7 @@ class Camera:
         """Return the OpenGL depth buffer, 0 (near) to 1 (far and misses), of (..., n) depths (m)."""
         from roboyard.rendering.kernels.depth import to_buffer  # on first use only
 
-        z = np.asarray(depth)
-        if z.dtype != np.float32:
-            z = z.astype(np.float32)
+        z = np.asarray(depth, dtype=np.float32)
         p = self.projection
         out = result("depth buffer", z.shape, np.float32)
         flat = np.ascontiguousarray(z).reshape(-1)

@@ -175,15 +175,16 @@ class Resolver:
 
     def _moved(self, scheme: str, rest: str) -> Resolved | None:
         """The file of the description's own tree that a path from another tree means."""
-        if self._folders.package is None:
+        package = self._folders.package
+        if package is None:
             return None
         path = unquote(rest).replace("\\", "/")
         absolute = scheme == "file" or path.startswith("/") or _DRIVE.match(path) is not None
-        deep = self._folders.package != self.base or (self._folders.package / "package.xml").is_file()
-        found = moved_file(self._folders.package, path, deep=deep, least=1 if absolute else LEAST_SHARED)
-        if found is None or not self._folders.hold(found, self._folders.package):
+        deep = package != self.base or (package / "package.xml").is_file()
+        found = moved_file(package, path, deep=deep, least=1 if absolute else LEAST_SHARED)
+        if found is None or not self._folders.hold(found, package):
             return None
-        where = found.relative_to(self._folders.package).as_posix()
+        where = found.relative_to(package).as_posix()
         return Resolved(path=found, note=f"not found; read from {where!r} in the robot's own folder")
 
     def _not_found(self, scheme: str, rest: str, seen: Sequence[str]) -> str:

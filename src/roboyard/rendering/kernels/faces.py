@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import I
+from roboyard.rendering.kernels.indices import I
 from roboyard.rendering.kernels.patterns import checker_at
 from roboyard.rendering.kernels.raster import PLANE
 from roboyard.rendering.kernels.runs import (

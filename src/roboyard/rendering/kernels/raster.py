@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.native import compiled
-from roboyard.rendering.kernels.options import I
+from roboyard.rendering.kernels.indices import I
 from roboyard.rendering.kernels.small_triangles import (
     FACE,
     LIST,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import I
+from roboyard.rendering.kernels.indices import I
 from roboyard.rendering.kernels.shadow import sunlight
 from roboyard.rendering.kernels.vectors import at_pixel, dot, row_of
 

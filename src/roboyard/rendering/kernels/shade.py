@@ -7,7 +7,7 @@ import numpy as np
 from roboyard.native import compiled
 from roboyard.rendering.kernels.arrays import BACKGROUND, INSTANCES, MESHES, SUNLIGHT, VIEW
 from roboyard.rendering.kernels.faces import lay_face
-from roboyard.rendering.kernels.options import I
+from roboyard.rendering.kernels.indices import I
 from roboyard.rendering.kernels.patterns import background_color
 from roboyard.rendering.kernels.runs import (
     ALPHA,

@@ -65,9 +65,8 @@ def lit_bounds(
     sampled. Written are lower and upper `bounds` (2, 2), the first and last column and row that show them,
     `shaded` (4,), and the sum of their `depths` (1,) (m).
     """
-    out = bounds
-    out[0, 0] = out[0, 1] = np.inf
-    out[1, 0] = out[1, 1] = -np.inf
+    bounds[0, 0] = bounds[0, 1] = np.inf
+    bounds[1, 0] = bounds[1, 1] = -np.inf
     count, total = 0, 0.0
     shaded[0], shaded[1], shaded[2], shaded[3] = width, -1, height, -1
     for row in range(0, height, stride):
@@ -86,8 +85,8 @@ def lit_bounds(
             u = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]
             v = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]
             if u >= low[0] and u <= high[0] and v >= low[1] and v <= high[1]:
-                out[0, 0], out[1, 0] = min(out[0, 0], u), max(out[1, 0], u)
-                out[0, 1], out[1, 1] = min(out[0, 1], v), max(out[1, 1], v)
+                bounds[0, 0], bounds[1, 0] = min(bounds[0, 0], u), max(bounds[1, 0], u)
+                bounds[0, 1], bounds[1, 1] = min(bounds[0, 1], v), max(bounds[1, 1], v)
                 shaded[0], shaded[1] = min(shaded[0], column), max(shaded[1], column)
                 shaded[2], shaded[3] = min(shaded[2], row), max(shaded[3], row)
                 count += 1

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import I
+from roboyard.rendering.kernels.indices import I
 from roboyard.rendering.kernels.snapping import (
     BITS,
     DEPTH_ONLY,

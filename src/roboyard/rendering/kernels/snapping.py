@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import I
+from roboyard.rendering.kernels.indices import I
 
 DEPTH_ONLY, RECORD, PEEL = 0, 1, 2
 SNAP, SHIFT = 1024.0, np.int32(10)

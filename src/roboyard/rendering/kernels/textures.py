@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.native import compiled
-from roboyard.rendering.kernels.options import I
+from roboyard.rendering.kernels.indices import I
 from roboyard.rendering.kernels.raster import PLANE
 
 F, U = np.float32, np.uint32

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.rendering.kernels.options import I
+from roboyard.rendering.kernels.indices import I
 from roboyard.rendering.kernels.snapping import DEPTH_ONLY, PEEL, SNAP, STEP
 
 TIE = 0.5 * STEP * STEP

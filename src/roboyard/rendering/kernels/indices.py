@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import numpy as np
 
-I: Any = int if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0") else np.uint64
+from roboyard.native.objects import compiler_is_off
+
+I: Any = int if compiler_is_off() else np.uint64
 """Type of indices: unsigned, so that compiled loops do not check for negative ones."""
