@@ -11,31 +11,39 @@ from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import kernels as step_kernels
 from roboyard.sim.stepping import sequential_motors
-from roboyard.sim.stepping.impulses import inertia, solving
+from roboyard.sim.stepping.impulses import inertia, lanes, solving
 from roboyard.sim.stepping.impulses.records import BLOCK, KEEP, LINES, OTHERS, SOLVE
 
 
-def problem(seed: int) -> dict[str, np.ndarray]:
-    """Return two trees with four motors, two normals and the sliding rows of both."""
+def problem(seed: int, arm: int) -> dict[str, np.ndarray]:
+    """Return an arm and a free body with four motors, two normals and the sliding rows of two.
+
+    `dense` holds the whole rows of the Jacobian, `jacobian` those of their trees.
+    """
     rng = np.random.default_rng(seed)
-    tree_dof, tree_dofs = np.array([0, 4], np.int32), np.array([4, 6], np.int32)
-    mass = np.zeros((10, 10))
+    tree_dof, tree_dofs = np.array([0, arm], np.int32), np.array([arm, 6], np.int32)
+    nv = arm + 6
+    mass = np.zeros((nv, nv))
     for start, size in zip(tree_dof, tree_dofs, strict=True):
         part = rng.normal(size=(size, size))
         mass[start : start + size, start : start + size] = part @ part.T + np.eye(size)
     rows = np.array(
         [[k, 0, -1, -1] for k in range(4)]
-        + [[4, 0, 1, 4], [5, 1, -1, 5]]
+        + [[4, 0, 1, 4], [5, -1, 1, 5]]
         + [[6 + k, 0, 1, 4] for k in range(2)]
-        + [[8 + k, 1, -1, 5] for k in range(2)],
+        + [[8 + k, -1, 1, 5] for k in range(2)],
         np.int32,
     )
-    jacobian = np.zeros((10, 10))
+    jacobian, entries, spans = np.zeros((10, nv)), np.zeros((10, nv)), np.zeros((10, 4), np.int32)
     for n, (_, a, b, _) in enumerate(rows):
-        for tree in (a, b):
+        done = 0
+        for side, tree in enumerate((a, b)):
             if tree >= 0:
+                spans[n, 2 * side], spans[n, 2 * side + 1] = tree_dof[tree], tree_dofs[tree]
                 here = slice(tree_dof[tree], tree_dof[tree] + tree_dofs[tree])
                 jacobian[n, here] = rng.normal(size=tree_dofs[tree])
+                entries[n, done : done + tree_dofs[tree]] = jacobian[n, here]
+                done += tree_dofs[tree]
     goals = np.zeros((10, 5))
     goals[:, 0] = rng.normal(size=10)
     goals[:4, 1], goals[:4, 2] = -0.3, 0.3
@@ -44,9 +52,11 @@ def problem(seed: int) -> dict[str, np.ndarray]:
     goals[5, 4] = 0.05
     return {
         "rows": rows,
+        "spans": spans,
         "goals": goals,
         "ends": np.array([4, 6, 6, 6, 10], np.int32),
-        "jacobian": jacobian,
+        "jacobian": entries,
+        "dense": jacobian,
         "response": np.linalg.solve(mass, jacobian.T).T.copy(),
         "tree_dof": tree_dof,
         "tree_dofs": tree_dofs,
@@ -55,8 +65,8 @@ def problem(seed: int) -> dict[str, np.ndarray]:
 
 def reference(given: dict[str, np.ndarray], rounds: int) -> np.ndarray:
     """Return the impulses after some rounds, by dense products."""
-    J, R, goals = given["jacobian"], given["response"], given["goals"]
-    impulses, change = np.zeros(10), np.zeros(10)
+    J, R, goals = given["dense"], given["response"], given["goals"]
+    impulses, change = np.zeros(10), np.zeros(J.shape[1])
     own = np.einsum("nd,nd->n", J, R) + goals[:, 4]
 
     def wish(n: int) -> float:
@@ -77,23 +87,33 @@ def reference(given: dict[str, np.ndarray], rounds: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("arm", [4, 8, 19])
 @pytest.mark.parametrize("rounds", [1, 2, 50])
-def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, rounds: int) -> None:
-    expected = reference(problem(seed), rounds)
+def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, arm: int, rounds: int) -> None:
+    given = problem(seed, arm)
+    expected, response = reference(given, rounds), given["response"]
+    rows, spans, ends, jacobian = (given[name] for name in ("rows", "spans", "ends", "jacobian"))
+    nv, width = arm + 6, 10 + -10 % BLOCK
     for by_table in (True, False):
-        given = problem(seed)
-        response, change = given["response"], np.zeros(10)
+        goals, change = given["goals"].copy(), np.zeros(nv)
         if by_table:
-            width = 10 + -10 % BLOCK
-            across = np.zeros((10, width))
+            across = np.zeros((nv, width))
             across[:, :10] = response.T
-            given["response"] = across
             solving.solve_by_table(
-                *given.values(), rounds, 0.0, np.zeros((10, width)), np.zeros((LINES, width)), change
+                *(rows, spans, goals, ends, jacobian, across, rounds, 0.0),
+                *(np.zeros((10, width)), np.zeros((LINES, width)), change),
             )
         else:
-            solving.solve_in_turn(*given.values(), rounds, 0.0, np.zeros(10), np.zeros(2), change)
-        assert np.allclose(given["goals"][:, 3], expected, atol=1e-12)
+            packed = np.zeros((10, nv))
+            for n, (first, size, other, others) in enumerate(spans.tolist()):
+                packed[n, :size] = response[n, first : first + size]
+                packed[n, size : size + others] = response[n, other : other + others]
+            lanes.solve_in_turn(
+                *(rows, spans, goals, ends, jacobian, packed, given["tree_dof"], given["tree_dofs"]),
+                *(np.zeros(2, np.int32), np.zeros((10, lanes.PLACES), np.int32), np.full(900, np.nan)),
+                *(np.full(nv + 16, np.nan), rounds, 0.0, change),
+            )
+        assert np.allclose(goals[:, 3], expected, atol=1e-12)
         assert np.allclose(change, expected @ response, atol=1e-12)
 
 
@@ -130,8 +150,9 @@ def test_forces_alone_accelerate_as_in_mujoco() -> None:
 
 
 def test_rows_are_handed_over_with_what_forces_alone_lead_to() -> None:
-    """MuJoCo solves the rows of many bodies; drag acts on them without a place among external forces."""
+    """MuJoCo solves rows where there are no rounds; drag acts without a place among external forces."""
     world = World(profile=BULLET)
+    world.stepping.in_turn.set_rounds(0, 0.0)
     world.add_plane()
     boxes = [
         world.add_box((0.1, 0.1, 0.1), position=(0.3 * k, 0.0, 0.0501 + 0.2 * (k % 2)), mass=0.5 + k)
@@ -194,7 +215,9 @@ def test_sliding_rows_are_those_of_points_on_the_surface() -> None:
         axis = data.contact.frame[contact].reshape(3, 3)[1 + (n - made.ends[3]) % 2]
         jacobian = np.zeros((3, model.nv))
         mujoco.mj_jac(model, data, jacobian, None, points[contact], row)
-        np.testing.assert_allclose(made.jacobian[n], axis @ jacobian, atol=1e-12)
+        np.testing.assert_allclose(
+            made.jacobian[n, : made.spans[n, 1] + made.spans[n, 3]], axis @ jacobian, atol=1e-12
+        )
         np.testing.assert_allclose(data.efc_vel[made.order[n, 0]], axis @ jacobian @ data.qvel, atol=1e-12)
 
 
@@ -202,7 +225,7 @@ def test_sliding_rows_are_those_of_points_on_the_surface() -> None:
 def test_tables_begin_at_lines_of_the_cache(rows: int) -> None:
     """Else an access to four numbers may need two lines, which takes a tenth of some steps."""
     for _ in range(5):
-        solver = sequential_motors._solver(rows, nv=7, bodies=4, trees=2, places=9)
+        solver = sequential_motors._solver(rows, nv=7, bodies=4, trees=2, places=9, entries=7)
         for table in (solver.across, solver.influence, solver.lines):
             assert table.ctypes.data % 64 == 0 and table.shape[1] % BLOCK == 0
             assert table.flags.c_contiguous and not table.any()

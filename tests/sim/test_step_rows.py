@@ -34,22 +34,28 @@ def without_memory(monkeypatch: pytest.MonkeyPatch):
 
 @pytest.mark.parametrize("height", [0.0, 3.0])
 @pytest.mark.parametrize("in_memory", [True, False])
-def test_contacts_and_rows_are_those_of_mujoco(height: float, in_memory: bool, without_memory) -> None:
+@pytest.mark.parametrize("kind", ["dense", "sparse"])
+def test_contacts_and_rows_are_those_of_mujoco(
+    height: float, in_memory: bool, kind: str, without_memory
+) -> None:
     """In a new step they are elsewhere; without contacts there are rows of the joint only."""
     assert step_rows.layout() is not None, "a new version of MuJoCo: see step_rows.py"
     if not in_memory:
         without_memory()
     model = mujoco.MjModel.from_xml_string(SCENE)
+    model.opt.jacobian = getattr(mujoco.mjtJacobian, f"mjJAC_{kind.upper()}")
     data = mujoco.MjData(model)
-    found = StepRows(data, model.nv)
+    found = StepRows(data, model.nv, is_sparse=kind == "sparse")
     data.qpos[2] += height
     data.qpos[7], data.qvel[6] = 0.2, 1.0
     for step in range(3):
         mujoco.mj_step(model, data)
         mujoco.mj_forward(model, data)
         assert data.nefc > data.ncon and (data.ncon == 0) == (height > 0), step
-        assert found.look() == (data.ncon, data.ne, data.nf, data.nl, data.nefc)
+        assert found.look() == (data.ncon, data.ne, data.nf, data.nl, data.nefc, data.nJ)
         for name, block, start in zip(ROWS, found.rows, found.rows.starts, strict=False):
+            if name.startswith("efc_J_") and kind == "dense":
+                continue
             wanted = getattr(data, name)
             np.testing.assert_array_equal(block[start : start + wanted.size], wanted.ravel(), err_msg=name)
             if in_memory:
@@ -61,21 +67,32 @@ def test_contacts_and_rows_are_those_of_mujoco(height: float, in_memory: bool, w
 
 def test_addresses_outside_the_block_are_refused() -> None:
     """Each array must be within the block as a whole, and the block must be the one that was found."""
-    places, starts = np.arange(2, 13), np.zeros(10, np.int64)
-    good = np.array([0, 1000, *(1000 + 80 * k for k in range(10)), 1000])
+    places, starts = np.arange(2, 16), np.zeros(13, np.int64)
+    good = np.array([0, 1000, *(1000 + 80 * k for k in range(13)), 1000])
 
-    def search(words: np.ndarray, size: int = 1000, contacts: int = 1, rows: int = 5) -> int:
-        counts = np.array([contacts, 0, 0, 0, rows], np.int32)
-        return step_row_kernels.find_rows(words, places, counts, starts, 1000, size, 600, 2)
+    def search(
+        words: np.ndarray,
+        size: int = 1200,
+        contacts: int = 1,
+        rows: int = 5,
+        entries: int = 10,
+        is_sparse: int = 1,
+    ) -> int:
+        counts = np.array([contacts, 0, 0, 0, rows, entries], np.int32)
+        return step_row_kernels.find_rows(words, places, counts, starts, 1000, size, 600, 2, is_sparse)
 
+    assert search(good, is_sparse=0) == 1
+    assert starts.tolist() == [0, 20, *(10 * k for k in range(2, 10)), 0, 0, 0]
     assert search(good) == 1
-    assert starts.tolist() == [0, 20, *(10 * k for k in range(2, 10))]
-    for at, value in ((1, 2000), (4, 992), (4, 1161), (4, 1928), (11, 1992), (2, 0), (12, 1008)):
+    assert starts.tolist() == [0, 20, *(10 * k for k in range(2, 10)), 200, 220, 240]
+    for at, value in ((1, 2000), (4, 992), (4, 1161), (4, 1928), (11, 2192), (2, 0), (15, 1008), (14, 2184)):
         words = good.copy()
         words[at] = value
         assert search(words) == 0, (at, value)
-    assert search(good, size=759) == 0 and search(good, contacts=2) == 0 and search(good, rows=-1) == 0
-    assert search(np.where(np.arange(13) > 1, 0, good), contacts=0, rows=0) == 1
+    assert search(good, size=999) == 0 and search(good, contacts=3) == 0 and search(good, rows=-1) == 0
+    assert search(good, entries=-1) == 0 and search(good, entries=200) == 0
+    assert search(good, size=759, is_sparse=0) == 0 and search(good, size=760, is_sparse=0) == 1
+    assert search(np.where(np.arange(16) > 1, 0, good), contacts=0, rows=0, entries=0) == 1
 
 
 def _states(steps: int, *, keeps_points: bool) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import Any
 import llvmlite.binding as llvm
 import numpy as np
 from numba import carray, cfunc, njit, types
-from numba.core import cgutils
+from numba.core import cgutils, config
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
 from numba.np import arrayobj
@@ -140,7 +140,7 @@ def machine_code(
         for a in [argument] if isinstance(argument, Argument) else fields:
             if a.dimensions and _view_name(a) not in values:
                 values[_view_name(a)] = _view(a)
-    with _indices_from_start() if from_start else nullcontext():
+    with _indices_from_start() if from_start else nullcontext(), _joined(signature.joins_lines):
         return _compiled(_entry_source(signature), values, 3, name, is_small)
 
 
@@ -206,6 +206,18 @@ def _indices_from_start() -> Iterator[None]:
         finally:
             if kept is not None:
                 arrayobj.fix_integer_index = kept
+
+
+@contextmanager
+def _joined(joins_lines: bool) -> Iterator[None]:
+    """Let LLVM make vector instructions of equal operations that are written out, which numba leaves out."""
+    kept = config.SLP_VECTORIZE
+    with global_compiler_lock:
+        config.SLP_VECTORIZE = int(joins_lines) or kept
+        try:
+            yield
+        finally:
+            config.SLP_VECTORIZE = kept
 
 
 def _entry_source(signature: Signature) -> str:

@@ -109,6 +109,7 @@ def compiled(
     no_nan: bool = False,
     releases_gil: bool = False,
     from_start: bool = False,
+    joins_lines: bool = False,
     library: Callable[[], Any] | None = None,
 ) -> Callable[[Any], Any]:
     """Return a decorator that makes a function a compiled loop.
@@ -126,6 +127,8 @@ def compiled(
         releases_gil: whether other Python threads run during a call; for calls of a microsecond and more.
         from_start: whether all indices count from the start of an array. Negative ones are then outside of
             it, unchecked, and indices that may be negative for all the compiler knows take no time.
+        joins_lines: whether equal operations on neighbouring numbers that are written out one by one become
+            vector instructions (LLVM's SLP vectoriser); those of loops do so anyway.
         library: returns the `ctypes.CDLL` of the functions of C that it calls, see `c_function`; callers of
             the loop ask `can_call` first.
     """
@@ -135,6 +138,7 @@ def compiled(
         no_nan=no_nan,
         releases_gil=releases_gil,
         from_start=from_start,
+        joins_lines=joins_lines,
     )
     text = " ".join(part if isinstance(part, str) else _text(part) for part in parts)
 

@@ -125,6 +125,8 @@ class Signature:
     """Whether other Python threads run meanwhile."""
     from_start: bool = False
     """Whether no index counts from the end of an array."""
+    joins_lines: bool = False
+    """Whether equal operations on neighbouring numbers that are written out become vector instructions."""
 
     @property
     def count(self) -> int:

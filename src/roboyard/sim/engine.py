@@ -354,7 +354,7 @@ class Engine(Generic[BodyT]):
 
     def would_be_pile(self, *, more_dofs: int) -> bool:
         """Return whether the world is solved as a pile with so many degrees of freedom of free bases more."""
-        return chosen_solver(self._solver, self._free_dofs + more_dofs) == "cg"
+        return chosen_solver(self._solver, self._free_dofs + more_dofs, self.profile) == "cg"
 
     def _apply_options(self, option: Any) -> None:
         """Write time step, gravity and solver into the options of a spec or an MjModel."""
@@ -495,7 +495,8 @@ class Engine(Generic[BodyT]):
     @property
     def solver(self) -> str:
         """The solver of contacts now: "newton" or "cg"."""
-        return chosen_solver(self._solver, sum(b.built.free_dofs for b in self.body_by_id.values()))
+        free_dofs = sum(b.built.free_dofs for b in self.body_by_id.values())
+        return chosen_solver(self._solver, free_dofs, self.profile)
 
     @solver.setter
     def solver(self, value: Solver) -> None:

@@ -92,7 +92,7 @@ def apply_options(
         option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = profile.impratio
-    chosen = chosen_solver(solver, free_dofs)
+    chosen = chosen_solver(solver, free_dofs, profile)
     may_sleep = option.enableflags & int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     if profile.hard_contacts and chosen == "newton" and not may_sleep:
         flags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
@@ -128,8 +128,13 @@ def scale_tolerance(option: Any, share: float) -> None:
         option.tolerance = TOLERANCE * share
 
 
-def chosen_solver(solver: Solver, free_dofs: int) -> Literal["newton", "cg"]:
-    """Return the solver of a world whose free bases have so many degrees of freedom."""
+def chosen_solver(solver: Solver, free_dofs: int, profile: PhysicsProfile) -> Literal["newton", "cg"]:
+    """Return the solver of a world whose free bases have so many degrees of freedom.
+
+    Where rows are solved in turn, MuJoCo's solver has few left, whatever the number of bodies.
+    """
     if solver != "auto":
         return solver
+    if profile.hard_contacts and profile.motor_rounds > 0:
+        return "newton"
     return "cg" if free_dofs >= PILE_DOFS else "newton"

@@ -15,7 +15,7 @@ def motor_efforts(rows, search, out):  # pragma: no cover
     """
     if find_rows(
         search.words, search.places, search.counts, search.starts, search.address, search.size,
-        search.contact, search.degrees,
+        search.contact, search.degrees, search.is_sparse,
     ) == 0:  # fmt: skip
         return 0
     kinds, ids, forces = rows.starts[0], rows.starts[1], rows.starts[9]

@@ -3,16 +3,15 @@
 An impulse solver improves all impulses in turn and stops after a number of rounds. Where joints act on each
 other strongly, as the first and third of an arm, or motors are at their largest force, it has not arrived at
 the solution by then: with PyBullet, arms under `POSITION_CONTROL` and cars move by what the rounds leave
-over. Where there are few rows, all are solved that way; else those of robots with motors or constraints and
-of what touches them. All else is left to MuJoCo, as are worlds with equalities of files or with so many
-degrees of freedom that their Jacobian is sparse.
+over, and so do bodies in a pile. Where soft bodies touch something, only robots with motors or constraints
+and what touches them are solved that way and all else is left to MuJoCo, as are worlds with equalities of
+files.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from roboyard._lazy import lazy_module
@@ -21,8 +20,9 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.impulses import records as r
+from roboyard.sim.stepping.impulses.lanes import HEAD, PLACES
 from roboyard.sim.stepping.manifolds import Manifolds
-from roboyard.sim.stepping.step_rows import StepRows
+from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 
 handing_over = lazy_module("roboyard.sim.stepping.impulses.handing_over")
@@ -53,8 +53,9 @@ class SequentialMotors:
         self._mechanism: r.Mechanism | None = None
         self._state: Any = None
         self._surface: Any = None
-        self._solver = _solver(0, 0, 0, 0, 0)
-        self._is_sparse = False
+        self._solver = _solver(0, 0, 0, 0, 0, 0)
+        self._width = 0
+        """Most degrees of freedom that a row moves."""
         self._bundle: Any = None
         """All of these as one argument of compiled loops; None where one is another now."""
         self._known: tuple[Any, ...] = ()
@@ -152,7 +153,8 @@ class SequentialMotors:
         while True:
             answer = order().execute(self._bundle_of(found), first, last, remade)
             if answer == r.ROOM:
-                self._grow(*found.look()[:: len(found.counts) - 1])
+                counts = found.look()
+                self._grow(counts[0], counts[ALL])
             elif answer == r.LOST:
                 found.leave_memory()
             else:
@@ -180,10 +182,10 @@ class SequentialMotors:
         solver, mechanism, state = self._solver, self._mechanism, self._state
         if mechanism is None or solver.ends.item(5) < 0:
             return
-        start, count = found.rows.starts[9], found.counts[-1]
+        start, count = found.rows.starts[9], found.counts[ALL]
         solving().write_solution(
-            *(solver.order, solver.goals, solver.ends, solver.jacobian, solver.change, state.smooth),
-            *(solver.taken, mechanism.dof_tree, mechanism.tree_dof, mechanism.tree_dofs, timestep),
+            *(solver.order, solver.spans, solver.goals, solver.ends, solver.jacobian, solver.change),
+            *(state.smooth, solver.taken, mechanism.dof_tree, timestep),
             *(state.qacc, found.rows.force[start : start + count], state.constraint),
         )
 
@@ -195,7 +197,7 @@ class SequentialMotors:
         if rows > len(solver.order):
             lengths = (len(a) for a in (self._state.qvel, solver.wrenches, solver.taken, solver.places))
             keeps = {name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules")}
-            self._solver = _solver(2 * rows, *lengths)._replace(**keeps)
+            self._solver = _solver(2 * rows, *lengths, self._width)._replace(**keeps)
         self._surface = self._surface._replace(base=self._surfaces.normal_references(len(self._solver.order)))
         self._bundle = None
 
@@ -203,12 +205,12 @@ class SequentialMotors:
         world, motors = self._world, self._motors.arrays
         self._bundle = None
         if self._mechanism is None:
-            self._is_sparse = bool(mujoco.mj_isSparse(model))
             trees = self._constraints.trees(model)
             self._mechanism, places = _mechanism(model, list(world.body_by_id.values()), *trees)
             self._state = _state(data)
             rows = max(len(self._solver.order), 16)
-            self._solver = _solver(rows, model.nv, model.nbody, model.ntree, places)
+            self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
+            self._solver = _solver(rows, model.nv, model.nbody, model.ntree, places, self._width)
         bound, share = self._constraints.bounds_and_shares(model)
         self._mechanism = self._mechanism._replace(equality_bound=bound, equality_share=share)
         profile, surfaces, solver = world.profile, self._surfaces, self._solver
@@ -218,7 +220,7 @@ class SequentialMotors:
         rules = solver.rules
         rules[r.TIMESTEP], rules[r.ERP], rules[r.CONTACT_ERP] = timestep, profile.erp, profile.contact_erp
         rules[r.DEEP], rules[r.SLOW], rules[r.RESIDUAL] = profile.deep, profile.slow, self._residual
-        rules[r.ROUNDS] = 0 if self._is_sparse else self._rounds
+        rules[r.ROUNDS] = self._rounds
         rules[r.IS_PRODUCT], rules[r.IS_COMPLIANT] = profile.product_friction, surfaces.are_compliant
         rules[r.LIMITS_ARE_HARD], rules[r.CONTACTS_ARE_HARD] = profile.hard_contacts, world.hard_contacts
         rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
@@ -311,10 +313,11 @@ def _state(data: Any) -> r.State:
     )
 
 
-def _solver(rows: int, nv: int, bodies: int, trees: int, places: int) -> r.Solver:
-    """Return the arrays for so many rows of constraints."""
+def _solver(rows: int, nv: int, bodies: int, trees: int, places: int, entries: int) -> r.Solver:
+    """Return the arrays for so many rows of constraints with so many entries each."""
     dense = min(rows, r.DENSE)
     width = dense + -dense % r.BLOCK
+    wide = entries + 2 * r.BLOCK  # of both trees, rounded up to whole blocks
     return r.Solver(
         motors=np.zeros((nv, 5)),
         targets=np.zeros((nv, 4)),
@@ -324,13 +327,16 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, places: int) -> r.Solve
         places=np.full(places, -1, np.int32),
         ends=np.full(6, -1, np.int32),
         order=np.zeros((rows, 4), np.int32),
-        jacobian=np.zeros((rows, nv)),
-        response=np.zeros((rows if rows > r.DENSE else 0, nv)),
+        spans=np.zeros((rows, 4), np.int32),
+        jacobian=np.zeros((rows, entries)),
+        response=np.zeros((rows, entries)),
         goals=np.zeros((rows, 5)),
         mu=np.zeros(rows),
         soft=np.zeros(rows),
-        own=np.zeros(rows),
-        step=np.zeros(2),
+        slots=np.zeros(trees, np.int32),
+        places_of_rows=np.zeros((rows, PLACES), np.int32),
+        lanes=_aligned(1, rows * (HEAD + 2 * wide))[0],
+        velocities=_aligned(1, nv + r.BLOCK * trees)[0],
         across=_aligned(nv, width),
         influence=_aligned(dense, width),
         lines=_aligned(r.LINES, width),

@@ -23,20 +23,23 @@ from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
 
 ROWS = (
     "efc_type", "efc_id", "efc_J", "efc_pos", "efc_frictionloss", "efc_R", "efc_D", "efc_vel", "efc_aref",
-    "efc_force",
+    "efc_force", "efc_J_rownnz", "efc_J_rowadr", "efc_J_colind",
 )  # fmt: skip
 """Names in MjData of the arrays of `Rows`."""
 ARENA = 1
 """Place of the block's address among the addresses."""
 _CONTACT = {"geom": 2, "efc_address": 0, "dim": 0, "dist": 0, "pos": 3, "frame": 9, "friction": 5, "mu": 0}
 """Names in MuJoCo's contact of the fields of `Contacts`, to the length of those that are vectors."""
-_COUNTS = ("ncon", "ne", "nf", "nl", "nefc")
+_COUNTS = ("ncon", "ne", "nf", "nl", "nefc", "nJ")
+ALL = 4
+"""Place of the number of all rows among the counts."""
 _UNPACK = struct.Struct(f"{len(_COUNTS)}i").unpack
 _MOST_WORDS = 400
 """Words after the energies in which addresses are looked for; MuJoCo 4.0 has 181."""
 _COUNT_WORDS = 64
 """Words before the energies in which the numbers of rows are looked for."""
-_PROBE = """<mujoco><worldbody><geom type="plane" size="1 1 1"/><body pos="0 0 0.09"><freejoint/>
+_PROBE = """<mujoco><option jacobian="sparse"/><worldbody><geom type="plane" size="1 1 1"/>
+    <body pos="0 0 0.09"><freejoint/>
     <geom size="0.1"/><geom size="0.1" pos="0.3 0 0"/>
     <body><joint name="j" frictionloss="1" limited="true" range="1 2"/><geom size="0.01"/></body></body>
     <body name="held"><freejoint/><geom size="0.01" contype="0" conaffinity="0"/></body></worldbody>
@@ -52,31 +55,34 @@ _NO_CONTACTS = Contacts(
 
 
 _NO_SEARCH = Search(
-    *(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int32), np.zeros(0, np.int64), 0, 0, 0, 0)
+    *(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, np.int32), np.zeros(0, np.int64)),
+    *(0, 0, 0, 0, 0),
 )
 
 
 class StepRows:
     """Finds the contacts and rows of each step of one MjData; `look` once they are made."""
 
-    def __init__(self, data: Any, degrees: int) -> None:
+    def __init__(self, data: Any, degrees: int, *, is_sparse: bool) -> None:
         """Find nothing yet.
 
         Args:
             data: MjData; its memory lives at least as long as this object.
-            degrees: number of degrees of freedom, the width of the Jacobian, which is dense.
+            degrees: number of degrees of freedom.
+            is_sparse: whether the Jacobian is.
         """
         self._data = data
         known = layout()
-        self._block = None if known is None else _Block(data, degrees, known)
+        self._block = None if known is None else _Block(data, degrees, known, int(is_sparse))
         self.is_direct = self._block is not None
         """Whether `rows` and `contacts` are MuJoCo's block, in which loops find the arrays themselves."""
         self.contacts = _NO_CONTACTS
-        self.search = _NO_SEARCH._replace(counts=np.zeros(len(_COUNTS), np.int32))
+        self._is_sparse = int(is_sparse)
+        self.search = self._passed_arrays()
         """Where compiled loops look for contacts and rows, if `is_direct`."""
         self._rows: Rows | None = None
         self.counts: tuple[int, ...] = (0,) * len(_COUNTS)
-        """Numbers of contacts and of rows: equalities, dry friction, limits, all."""
+        """Numbers of contacts, of rows (equalities, dry friction, limits, all), of the Jacobian's entries."""
         if self._block is not None:
             self._rows, self.contacts = self._block.rows, self._block.contacts
             self.search = self._block.search
@@ -96,8 +102,12 @@ class StepRows:
     def leave_memory(self) -> None:
         """Pass the arrays of MuJoCo's module from now on, since its addresses are not as expected."""
         self._block, self.is_direct = None, False
-        self.search = _NO_SEARCH._replace(counts=np.zeros(len(_COUNTS), np.int32))
+        self.search = self._passed_arrays()
         self.look()
+
+    def _passed_arrays(self) -> Search:
+        """Return a search that finds nothing, for arrays that are passed themselves."""
+        return _NO_SEARCH._replace(counts=np.zeros(len(_COUNTS), np.int32), is_sparse=self._is_sparse)
 
     def look(self) -> tuple[int, ...]:
         """Find the contacts and rows that MuJoCo has made; return `counts`."""
@@ -132,14 +142,14 @@ class StepRows:
 class _Block:
     """MuJoCo's block of memory, which one MjData keeps for good, as arrays."""
 
-    def __init__(self, data: Any, degrees: int, known: Layout) -> None:
+    def __init__(self, data: Any, degrees: int, known: Layout, is_sparse: int) -> None:
         self._owner = data
         words = _words(data, int(known.places.max()) + 1)
         address, size = int(words[ARENA]), int(data.narena) // 8 * 8
         memory: Any = (ctypes.c_byte * size).from_address(address)
         numbers, integers = np.frombuffer(memory, np.float64), np.frombuffer(memory, np.int32)
         starts = np.zeros(len(ROWS), np.int64)
-        self.rows = Rows._make((integers, integers, *[numbers] * (len(ROWS) - 2), starts))
+        self.rows = Rows._make((integers, integers, *[numbers] * 8, *[integers] * 3, starts))
         most = size // known.contact_size
         self.contacts = Contacts(
             *(
@@ -157,7 +167,8 @@ class _Block:
         numbers_of_rows: Any = (ctypes.c_int32 * len(_COUNTS)).from_address(first)
         self.counts = memoryview(numbers_of_rows)
         counts = np.frombuffer(numbers_of_rows, np.int32)
-        self.search = Search(words, known.places, counts, starts, address, size, known.contact_size, degrees)
+        place = address, size, known.contact_size, degrees, is_sparse
+        self.search = Search(words, known.places, counts, starts, *place)
         self.words = integers
 
 
@@ -165,7 +176,7 @@ class Layout(NamedTuple):
     """Where MjData has the addresses and numbers of contacts and rows."""
 
     places: np.ndarray
-    """(11,) places of the arrays of `ROWS` and of the contacts, in words after the energies."""
+    """(14,) places of the arrays of `ROWS` and of the contacts, in words after the energies."""
     contact_size: int
     """Bytes from one contact to the next."""
     fields: list[tuple[np.dtype, int]]

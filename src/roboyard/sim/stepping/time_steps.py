@@ -251,7 +251,7 @@ class Stepping:
             self.motors.apply(data, timestep)
         in_turn.solve(found)
         mujoco.mj_fwdConstraint(model, data)
-        contacts, _, _, _, rows = found.counts_now()
+        contacts, _, _, _, rows, _ = found.counts_now()
         if contacts:
             room = self._accelerations
             if len(room) < rows:
@@ -437,7 +437,8 @@ class Stepping:
         largest = self._world.profile.largest_velocity
         limits = None if largest is None else self._gather_limits(model, largest)
         self.in_turn.bound_velocities(limits)
-        return model.opt, StepRows(data, model.nv), data.qvel, data.qacc, limits, model.nu > 0
+        found = StepRows(data, model.nv, is_sparse=bool(mujoco.mj_isSparse(model)))
+        return model.opt, found, data.qvel, data.qacc, limits, model.nu > 0
 
     def _gather_limits(self, model: Any, usual: float) -> np.ndarray:
         limits = np.full(model.nv, usual)

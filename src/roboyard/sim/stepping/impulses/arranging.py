@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.sim.stepping.impulses.records import DENSE
+from roboyard.sim.stepping.impulses.entries import copy_entries, entry_of, place_of
 from roboyard.sim.stepping.impulses.rows import choose_trees, order_rows
 
 
@@ -19,7 +19,7 @@ def arrange(rows, contacts, search, mechanism, state, surface, solver, wanted): 
     geom, address = contacts.geom[: search.counts[0]], contacts.address[: search.counts[0]]
     if not choose_trees(
         kind, index, geom, address, mechanism.geom_tree, mechanism.dof_tree, mechanism.joint_dof,
-        mechanism.joint_type, mechanism.slot, mechanism.limit_slot, mechanism.equality_tree, wanted, DENSE,
+        mechanism.joint_type, mechanism.slot, mechanism.limit_slot, mechanism.equality_tree, wanted,
         solver.taken,
     ):  # fmt: skip
         return
@@ -29,11 +29,13 @@ def arrange(rows, contacts, search, mechanism, state, surface, solver, wanted): 
         mechanism.limits, mechanism.equality_slot, mechanism.equality_tree, solver.taken, wanted,
         solver.places, solver.order, solver.ends,
     )  # fmt: skip
-    width = state.qvel.shape[0]
+    spans, jacobian = solver.spans, solver.jacobian
     for n in range(found):
-        start = at[2] + solver.order[n, 0] * width
-        for d in range(width):
-            solver.jacobian[n, d] = rows.jacobian[start + d]
+        for side in range(2):
+            tree = solver.order[n, 1 + side]
+            spans[n, 2 * side] = mechanism.tree_dof[tree] if tree >= 0 else 0
+            spans[n, 2 * side + 1] = mechanism.tree_dofs[tree] if tree >= 0 else 0
+        copy_entries(rows, search, solver.order[n, 0], n, spans, jacobian)
     solver.ends[5] = found
     velocity = rows.velocity[at[7] : at[7] + count]
     position = rows.position[at[3] : at[3] + count]
@@ -44,17 +46,19 @@ def arrange(rows, contacts, search, mechanism, state, surface, solver, wanted): 
             equality = index[row]
             aux = mechanism.equality_aux[equality]
             if aux >= 0:
-                velocity[row] -= solver.jacobian[n, aux] * state.qvel[aux]
-                solver.jacobian[n, aux] = 0.0
+                velocity[row] -= entry_of(rows, search, row, aux) * state.qvel[aux]
+                place = place_of(aux, n, spans)
+                if place >= 0:
+                    jacobian[n, place] = 0.0
             if row >= 3 and index[row - 3] == equality:
                 axis = 0
                 while axis < 2 and row >= 4 + axis and index[row - 4 - axis] == equality:
                     axis += 1
-                turn_about_axis(mechanism, state, equality, axis, n, row, solver.jacobian, velocity, position)
+                turn_about_axis(mechanism, state, equality, axis, n, row, solver, velocity, position)
 
 
 def turn_about_axis(  # pragma: no cover
-    mechanism, state, equality, axis, n, row, jacobian, velocity, position
+    mechanism, state, equality, axis, n, row, solver, velocity, position
 ):
     """Let a weld's row n hold half the turn about an axis of its first frame, 0 ... 2, as Euler angles.
 
@@ -62,8 +66,9 @@ def turn_about_axis(  # pragma: no cover
     """
     site_a, site_b = mechanism.equality_site[equality, 0], mechanism.equality_site[equality, 1]
     a, b = state.site_xmat[site_a], state.site_xmat[site_b]
-    for d in range(state.qvel.shape[0]):
-        jacobian[n, d] = 0.0
+    spans, jacobian = solver.spans, solver.jacobian
+    for k in range(spans[n, 1] + spans[n, 3]):
+        jacobian[n, k] = 0.0
     velocity[row] = 0.0
     for side in range(2):
         body = mechanism.site_body[site_a if side == 0 else site_b]
@@ -75,7 +80,9 @@ def turn_about_axis(  # pragma: no cover
                     turn += 0.5 * a[3 * k + axis] * state.cdof[d, k]
                 if side == 1:
                     turn = -turn
-                jacobian[n, d] += turn
+                place = place_of(d, n, spans)
+                if place >= 0:
+                    jacobian[n, place] += turn
                 velocity[row] += turn * state.qvel[d]
             body = mechanism.body_parent[body]
     sine = min(max(a[2] * b[0] + a[5] * b[3] + a[8] * b[6], -1.0), 1.0)
@@ -110,6 +117,7 @@ def slide_on_margins(  # pragma: no cover
     rows' velocities change, too.
     """
     jacobian, order, tree, frame = solver.jacobian, solver.order, mechanism.geom_tree, contacts.frame
+    spans = solver.spans
     n = solver.ends[3]
     for i in range(geom.shape[0]):
         if address[i] < 0 or geom[i, 0] < 0 or geom[i, 1] < 0 or contacts.dim[i] < 3:
@@ -130,7 +138,7 @@ def slide_on_margins(  # pragma: no cover
                     first = mechanism.body_dof[body]
                     for d in range(first, first + mechanism.body_dofs[body]):
                         more = x * state.cdof[d, 0] + y * state.cdof[d, 1] + z * state.cdof[d, 2]
-                        jacobian[n + k, d] += shift * more
+                        jacobian[n + k, place_of(d, n + k, spans)] += shift * more
                         velocity[order[n + k, 0]] += shift * more * state.qvel[d]
                     body = mechanism.body_parent[body]
         n += 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from roboyard.sim.stepping.impulses.entries import along
 from roboyard.sim.stepping.impulses.records import (
     CONTACT_ERP,
     DEEP,
@@ -26,10 +27,7 @@ def ask_of_rows(rows, contacts, search, state, surface, solver, remade):  # prag
     reference = rows.reference[at[8] : at[8] + count]
     if remade == 1:
         for n in range(count):
-            total = 0.0
-            for d in range(state.qvel.shape[0]):
-                total += solver.jacobian[n, d] * state.qvel[d]
-            velocity[solver.order[n, 0]] = total
+            velocity[solver.order[n, 0]] = along(solver.jacobian, n, solver.spans, state.qvel)
     limits = search.counts[3]
     if limits > 0 and rules[LIMITS_ARE_HARD] > 0.0:
         kind, position = rows.kind[at[0] : at[0] + count], rows.position[at[3] : at[3] + count]

@@ -39,21 +39,25 @@ def accelerate(mechanism, state, surface, solver):  # pragma: no cover
         for k in range(6):
             force[d] += state.cdof[d, k] * wrenches[b, k]
         state.smooth[d] = force[d]
-    solve_inertia(mechanism, state, state.smooth, 0, force.shape[0])
+    solve_inertia(mechanism, state, state.smooth, 0, force.shape[0], 0)
 
 
-def solve_inertia(mechanism, state, x, start, stop):  # pragma: no cover
-    """Divide efforts (nv,) of whole trees, dofs start ... stop, by the inertia: accelerations, in place."""
+def solve_inertia(mechanism, state, x, start, stop, place):  # pragma: no cover
+    """Divide efforts of whole trees, dofs start ... stop, by the inertia: accelerations, in place.
+
+    place: of the effort of dof `start` in x; those of the others follow.
+    """
+    shift = place - start
     for i in range(stop - 1, start - 1, -1):
-        if x[i] != 0.0:
+        if x[shift + i] != 0.0:
             first = mechanism.factor_start[i]
             for a in range(first, first + mechanism.factor_count[i] - 1):
-                x[mechanism.factor_column[a]] -= state.factor[a] * x[i]
+                x[shift + mechanism.factor_column[a]] -= state.factor[a] * x[shift + i]
     for i in range(start, stop):
-        x[i] *= state.factor_inverse[i]
+        x[shift + i] *= state.factor_inverse[i]
         first = mechanism.factor_start[i]
         for a in range(first, first + mechanism.factor_count[i] - 1):
-            x[i] -= state.factor[a] * x[mechanism.factor_column[a]]
+            x[shift + i] -= state.factor[a] * x[shift + mechanism.factor_column[a]]
 
 
 def solve_inertia_across(mechanism, state, across, blocks):  # pragma: no cover

@@ -33,7 +33,7 @@ FRICTION_ERP = 0.2
 """Share of a slide at an anchor that is pulled back in a step."""
 
 
-@compiled(EVERYTHING, "i8 i8 i8 -> i8", fast_math=True, from_start=True)
+@compiled(EVERYTHING, "i8 i8 i8 -> i8", fast_math=True, from_start=True, joins_lines=True)
 def execute(  # pragma: no cover
     rows, contacts, search, mechanism, state, points, surface, solver, first, last, remade
 ):

@@ -33,7 +33,9 @@ PAIRS, TABLE, EXTRA, HELD, NOTES = range(5)
 EQUALITY_ROWS = 6
 """Most rows of an equality."""
 DENSE = 128
-"""Most rows whose influence on each other is kept as a table; so few are solved in turn wholly."""
+"""Most rows whose influence on each other is kept as a table; more are solved without one."""
+FEW, SHORT = 24, 8
+"""Rows of less than `SHORT` entries on average are solved without a table if they are more than `FEW`."""
 BLOCK = 8
 """Numbers of rows are rounded up to a multiple of it, so that loops over them have no rest."""
 KEEP, ARRANGE, ASK, SOLVE = range(4)
@@ -51,12 +53,14 @@ class Search(NamedTuple):
     places: np.ndarray
     """Empty where the arrays are passed instead."""
     counts: np.ndarray
-    """(5,) numbers of contacts and of rows: equalities, dry friction, limits, all."""
+    """(6,) numbers of contacts, of rows (equalities, dry friction, limits, all), of Jacobian entries."""
     starts: np.ndarray
     address: int
     size: int
     contact: int
     degrees: int
+    is_sparse: int
+    """1 where the Jacobian has only some entries of each row."""
 
 
 class Mechanism(NamedTuple):
@@ -179,13 +183,22 @@ class Solver(NamedTuple):
     ends: np.ndarray
     """(6,) ends of the five groups of rows, and the number of rows listed, -1 where others solve all."""
     order: np.ndarray
+    """(n, 4) of the rows in the order of solution: row, its trees (-1 for none), the contact's place in the
+    list of normals (-1 for none)."""
+    spans: np.ndarray
+    """(n, 4) first degree of freedom and number of those of both trees, 0 for none."""
     jacobian: np.ndarray
+    """(n, m) entries for the degrees of freedom of the first tree, then of the second."""
     response: np.ndarray
+    """(n, m) changes of velocity of the same by a unit impulse."""
     goals: np.ndarray
     mu: np.ndarray
     soft: np.ndarray
-    own: np.ndarray
-    step: np.ndarray
+    slots: np.ndarray
+    places_of_rows: np.ndarray
+    lanes: np.ndarray
+    velocities: np.ndarray
+    """Work arrays of `lanes`."""
     across: np.ndarray
     """(nv, 132) response of each degree of freedom to the rows, of which there are few."""
     influence: np.ndarray
@@ -195,7 +208,7 @@ class Solver(NamedTuple):
     """(nbody, 6)."""
 
 
-SEARCH = record(Search, "i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8")
+SEARCH = record(Search, "i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8 i8")
 MECHANISM = record(
     Mechanism,
     "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] i4[::1] i4[::1]"
@@ -216,8 +229,9 @@ SURFACE = record(
 )
 SOLVER = record(
     Solver,
-    "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] f8[:,::1] f8[:,::1] f8[:,::1]"
-    " f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[:,::1]",
+    "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] i4[:,::1] f8[:,::1] f8[:,::1]"
+    " f8[:,::1] f8[::1] f8[::1] i4[::1] i4[:,::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1]"
+    " f8[:,::1]",
 )
 EVERYTHING = Bundle((ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER))
 """Arrays of a step."""

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from roboyard.sim.stepping.impulses.entries import along
+
 LARGEST_LIMIT_IMPULSE = 100.0
 """Bullet's bound on the impulse of a joint limit in a step (N m s or N s)."""
 
 
 def choose_trees(
     kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot, equality_tree,
-    count, dense, taken,
+    count, taken,
 ):  # fmt: skip
-    """Choose the kinematic trees with motors, equalities or exceeded joint limits, and what touches them.
+    """Choose the kinematic trees to solve: all that touch anything, so that no other solver is needed.
 
-    Where there are no more than `dense` rows, all trees that touch anything are chosen, so that no other
-    solver is needed.
+    Where soft bodies touch something, choose those with motors, equalities or exceeded joint limits, and what
+    touches them.
 
     kind, index: type and dof, joint or equality of each constraint row; rows 0 ... count are equalities,
     dry friction (the motors) and limits. geom: (ncon, 2). address: (ncon,) first row of each contact, -1
@@ -35,13 +37,18 @@ def choose_trees(
                     taken[equality_tree[index[row], side]] = 1
         else:
             return False
-    if kind.shape[0] <= dense:
+    softness = 0
+    for i in range(geom.shape[0]):
+        if address[i] >= 0 and (geom[i, 0] < 0 or geom[i, 1] < 0):
+            softness += 1
+    if softness == 0:
         for i in range(geom.shape[0]):
-            if address[i] >= 0 and geom[i, 0] >= 0 and geom[i, 1] >= 0:
+            if address[i] >= 0:
                 for side in range(2):
                     if geom_tree[geom[i, side]] >= 0:
                         taken[geom_tree[geom[i, side]]] = 1
-    grows = kind.shape[0] > dense
+        return True
+    grows = True
     while grows:
         grows = False
         for i in range(geom.shape[0]):
@@ -156,8 +163,8 @@ def contact_rows(geom, address, dim, friction, compliance, restitution, R, mu, s
 
 def set_goals(
     rows, kind, index, position, velocity, aref, base, loss, mu, soft, dof_joint, joint_type, joint_qpos,
-    motors, targets, qpos, qvel, smooth, jacobian, ends, tree_dof, tree_dofs, bounds, shares, aux, erp,
-    slow, timestep, goals,
+    motors, targets, qpos, qvel, smooth, spans, jacobian, ends, bounds, shares, aux, erp, slow, timestep,
+    goals,
 ):  # fmt: skip
     """Write what each row asks for: change of velocity, least and largest impulse, impulse 0,
     compliance.
@@ -168,19 +175,14 @@ def set_goals(
     sliding, with bounces from the present velocity, in whose place comes the one that forces alone lead to.
     Of sliding rows base is the velocity. slow: closing speed (m/s) below which nothing bounces. loss: (nefc,)
     bounds of motors. mu: (nefc,) coefficients of friction rows, and of the restitution of normals. smooth:
-    (nv,) accelerations by forces alone. soft: (nefc,) compliance of normals. jacobian: (n, nv) of the rows
+    (nv,) accelerations by forces alone. soft: (nefc,) compliance of normals. spans, jacobian: of the rows
     listed. bounds: (neq, 2) largest forces of an equality's rows, the last three of a weld's apart. shares:
     (neq,) of `erp`. aux: (neq,) dof whose velocity a gear follows, -1 for none. goals: (n, 6), of which five
     columns are written.
     """
     for n in range(ends[4]):
         row = rows[n, 0]
-        speed = velocity[row]
-        for side in range(1, 3):
-            tree = rows[n, side]
-            if tree >= 0:
-                for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
-                    speed += timestep * jacobian[n, d] * smooth[d]
+        speed = velocity[row] + timestep * along(jacobian, n, spans, smooth)
         low, high, goal = 0.0, 1e10, 0.0
         goals[n, 4] = soft[row] if ends[0] <= n < ends[1] else 0.0
         if n >= ends[1]:

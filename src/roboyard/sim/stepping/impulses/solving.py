@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.native import compiled
+from roboyard.sim.stepping.impulses.entries import add_to
 from roboyard.sim.stepping.impulses.inertia import add_line, solve_inertia, solve_inertia_across
+from roboyard.sim.stepping.impulses.lanes import solve_in_turn
 from roboyard.sim.stepping.impulses.records import (
     BLOCK,
     CUT,
     DENSE,
     ERP,
+    FEW,
     HIGH,
     IMPULSE,
     INVERSE,
@@ -18,6 +21,7 @@ from roboyard.sim.stepping.impulses.records import (
     OWN,
     RESIDUAL,
     ROUNDS,
+    SHORT,
     SLOW,
     TIMESTEP,
     WISH,
@@ -28,8 +32,8 @@ from roboyard.sim.stepping.impulses.rows import contact_rows, set_goals
 def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma: no cover
     """Write what each row asks for and solve the rows in turn; see `set_goals` and `solve_in_turn`."""
     at, count, rules = rows.starts, search.counts[4], solver.rules
-    order, ends, goals, jacobian = solver.order, solver.ends, solver.goals, solver.jacobian
-    tree_dof, tree_dofs, timestep = mechanism.tree_dof, mechanism.tree_dofs, rules[TIMESTEP]
+    order, ends, goals, timestep = solver.order, solver.ends, solver.goals, rules[TIMESTEP]
+    spans, jacobian = solver.spans, solver.jacobian
     kind, index = rows.kind[at[0] : at[0] + count], rows.ids[at[1] : at[1] + count]
     position = rows.position[at[3] : at[3] + count]
     loss, R = rows.loss[at[4] : at[4] + count], rows.R[at[5] : at[5] + count]
@@ -43,130 +47,55 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
     set_goals(
         order, kind, index, position, velocity, reference, surface.base, loss, solver.mu, solver.soft,
         mechanism.dof_joint, mechanism.joint_type, mechanism.joint_qpos, solver.motors, solver.targets,
-        state.qpos, state.qvel, state.smooth, jacobian, ends, tree_dof, tree_dofs, mechanism.equality_bound,
+        state.qpos, state.qvel, state.smooth, spans, jacobian, ends, mechanism.equality_bound,
         mechanism.equality_share, mechanism.equality_aux, rules[ERP], rules[SLOW], timestep, goals,
     )  # fmt: skip
     listed = ends[4]
-    if listed <= DENSE:
+    entries = 0
+    for n in range(listed):
+        entries += spans[n, 1] + spans[n, 3]
+    if listed <= FEW or (listed <= DENSE and entries > SHORT * listed):
         blocks = (listed + BLOCK - 1) // BLOCK
         across = solver.across
         for d in range(across.shape[0]):
             for k in range(BLOCK * blocks):
                 across[d, k] = 0.0
         for n in range(listed):
-            for side in range(1, 3):
-                tree = order[n, side]
-                if tree >= 0:
-                    for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
-                        across[d, n] = jacobian[n, d]
+            first, size, other = spans[n, 0], spans[n, 1], spans[n, 2]
+            for k in range(size):
+                across[first + k, n] = jacobian[n, k]
+            for k in range(spans[n, 3]):
+                across[other + k, n] = jacobian[n, size + k]
         solve_inertia_across(mechanism, state, across, blocks)
         solve_by_table(
-            order, goals, ends, jacobian, across, tree_dof, tree_dofs, rules[ROUNDS], rules[RESIDUAL],
+            order, spans, goals, ends, jacobian, across, rules[ROUNDS], rules[RESIDUAL],
             solver.influence, solver.lines, solver.change,
         )  # fmt: skip
     else:
         response = solver.response
         for n in range(listed):
-            for side in range(1, 3):
-                tree = order[n, side]
-                if tree >= 0:
-                    first, last = tree_dof[tree], tree_dof[tree] + tree_dofs[tree]
-                    for d in range(first, last):
-                        response[n, d] = jacobian[n, d]
-                    solve_inertia(mechanism, state, response[n], first, last)
+            size, others = spans[n, 1], spans[n, 3]
+            for k in range(size + others):
+                response[n, k] = jacobian[n, k]
+            solve_inertia(mechanism, state, response[n], spans[n, 0], spans[n, 0] + size, 0)
+            solve_inertia(mechanism, state, response[n], spans[n, 2], spans[n, 2] + others, size)
         solve_in_turn(
-            order, goals, ends, jacobian, response, tree_dof, tree_dofs, rules[ROUNDS], rules[RESIDUAL],
-            solver.own, solver.step, solver.change,
+            order, spans, goals, ends, jacobian, response, mechanism.tree_dof, mechanism.tree_dofs,
+            solver.slots, solver.places_of_rows, solver.lanes, solver.velocities, rules[ROUNDS],
+            rules[RESIDUAL], solver.change,
         )  # fmt: skip
     if listed == count:
         for dof in range(state.qacc.shape[0]):
             state.qacc[dof] = state.smooth[dof]  # of trees that nothing holds
             state.constraint[dof] = 0.0
         write_rows(
-            order, goals, ends, jacobian, solver.change, state.smooth, solver.taken, mechanism.dof_tree,
-            tree_dof, tree_dofs, timestep, state.qacc, force, state.constraint,
+            order, spans, goals, ends, jacobian, solver.change, state.smooth, solver.taken,
+            mechanism.dof_tree, timestep, state.qacc, force, state.constraint,
         )  # fmt: skip
 
 
-def solve_in_turn(  # pragma: no cover
-    rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, step, change
-):
-    """Solve row by row, each with the changes of velocity that the others have made, in several rounds.
-
-    Motors and limits are taken backwards and forwards by turns. Rounds end when no row changes its velocity
-    by more than the root of the residual, or after `rounds`: motors of joints with nearly parallel axes, or
-    at their largest impulse, have not converged by then. The two sliding rows of a contact share one bound,
-    the normal's impulse in this round times the coefficient. Returns the number of rounds.
-
-    response: (n, nv) changes of velocity by unit impulses. own: (n,) and step: (2,) or longer, work arrays.
-    change: (nv,) change of velocity, written.
-    """
-    for d in range(change.shape[0]):
-        change[d] = 0.0
-    for n in range(ends[4]):
-        total = 0.0
-        for side in range(1, 3):
-            tree = rows[n, side]
-            if tree >= 0:
-                for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
-                    total += jacobian[n, d] * response[n, d]
-        own[n] = total + goals[n, 4]
-    done = 0.0
-    while done < rounds:
-        worst = 0.0
-        n = 0
-        while n < ends[4]:
-            at = n
-            size = 1
-            if n < ends[0] and done % 2.0 == 0.0:
-                at = ends[0] - 1 - n
-            elif n >= ends[2]:
-                size = 2
-            n += size
-            bound = 0.0
-            if at >= ends[1]:
-                pressed = goals[rows[at, 3], 3]
-                if pressed <= 0.0 and at < ends[3]:
-                    continue
-                bound = goals[at, 2] * max(pressed, 0.0)
-            for k in range(size):
-                m = at + k
-                speed = 0.0
-                for side in range(1, 3):
-                    tree = rows[m, side]
-                    if tree >= 0:
-                        for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
-                            speed += jacobian[m, d] * change[d]
-                step[k] = goals[m, 3]
-                if own[m] > 1e-15:
-                    step[k] += (goals[m, 0] - goals[m, 4] * goals[m, 3] - speed) / own[m]
-            if size == 2:
-                length = np.sqrt(step[0] * step[0] + step[1] * step[1])
-                if length > bound:
-                    step[0] *= bound / length
-                    step[1] *= bound / length
-            elif at >= ends[1]:
-                step[0] = min(max(step[0], -bound), bound)
-            else:
-                step[0] = min(max(step[0], goals[at, 1]), goals[at, 2])
-            for k in range(size):
-                m = at + k
-                delta = step[k] - goals[m, 3]
-                goals[m, 3] = step[k]
-                for side in range(1, 3):
-                    tree = rows[m, side]
-                    if tree >= 0:
-                        for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
-                            change[d] += delta * response[m, d]
-                worst = max(worst, (delta * own[m]) ** 2)
-        done += 1.0
-        if worst <= residual:
-            break
-    return done
-
-
 def solve_by_table(  # pragma: no cover
-    rows, goals, ends, jacobian, across, tree_dof, tree_dofs, rounds, residual, influence, lines, change
+    rows, spans, goals, ends, jacobian, across, rounds, residual, influence, lines, change
 ):
     """Do what `solve_in_turn` does, for a bounded number of rows, with their effect on each other.
 
@@ -181,12 +110,11 @@ def solve_by_table(  # pragma: no cover
     for n in range(count):
         for k in range(BLOCK * blocks):
             influence[n, k] = 0.0
-        for side in range(1, 3):
-            tree = rows[n, side]
-            if tree >= 0:
-                for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
-                    if jacobian[n, d] != 0.0:
-                        add_line(influence, n, across, d, jacobian[n, d], blocks)
+        first, size, other = spans[n, 0], spans[n, 1], spans[n, 2]
+        for k in range(size + spans[n, 3]):
+            if jacobian[n, k] != 0.0:
+                d = first + k if k < size else other + k - size
+                add_line(influence, n, across, d, jacobian[n, k], blocks)
         own = influence[n, n] + goals[n, 4]
         lines[OWN, n] = own
         lines[INVERSE, n] = 1.0 / own if own > 1e-15 else 0.0
@@ -295,8 +223,7 @@ def push_pairs(lines, influence, rows, first, sliding, stop, blocks):
 
 
 def write_rows(
-    rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc, force,
-    constraint,
+    rows, spans, goals, ends, jacobian, change, smooth, taken, dof_tree, timestep, qacc, force, constraint
 ):  # fmt: skip
     """Write accelerations, forces of rows and constraint forces of dofs of the chosen trees."""
     for dof in range(qacc.shape[0]):
@@ -306,23 +233,18 @@ def write_rows(
     for n in range(ends[4]):
         value = goals[n, 3] / timestep
         force[rows[n, 0]] = value
-        for side in range(1, 3):
-            tree = rows[n, side]
-            if tree >= 0:
-                for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
-                    constraint[d] += jacobian[n, d] * value
+        add_to(constraint, value, jacobian, n, spans)
 
 
 @compiled(
-    "i4[:,::1] f8[:,::1] i4[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[::1] f8 f8[::1]"
-    " f8[::1] f8[::1]"
+    "i4[:,::1] i4[:,::1] f8[:,::1] i4[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] f8 f8[::1] f8[::1]"
+    " f8[::1]"
 )
 def write_solution(  # pragma: no cover
-    rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc, force,
-    constraint,
+    rows, spans, goals, ends, jacobian, change, smooth, taken, dof_tree, timestep, qacc, force, constraint
 ):  # fmt: skip
     """Write the solution over that of MuJoCo's solver; see `write_rows`."""
     write_rows(
-        rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc,
-        force, constraint,
+        rows, spans, goals, ends, jacobian, change, smooth, taken, dof_tree, timestep, qacc, force,
+        constraint,
     )  # fmt: skip
