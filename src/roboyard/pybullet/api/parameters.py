@@ -114,9 +114,10 @@ def setPhysicsEngineParameter(
 ) -> None:
     """Change the given engine settings.
 
-    Time step, substeps, iterations and their residual (for robots with motors), friction cone, restitution
-    threshold, error reduction (`erp`, `contactERP`), joint feedback and file caching have an effect. Other
-    settings of Bullet's own solver (warm starting, islands, ...) are stored only.
+    Time step, substeps, iterations and their residual, friction cone, restitution threshold, error reduction
+    (`erp`, `contactERP`), joint feedback and file caching have an effect, and the type of the solver: with
+    `CONSTRAINT_SOLVER_LCP_DANTZIG` all rows are solved together, otherwise in rounds. Other settings of
+    Bullet's own solver (warm starting, islands, ...) are stored only.
 
     Raises:
         error: there are more than MAX_SUB_STEPS substeps, or the time step is not finite.

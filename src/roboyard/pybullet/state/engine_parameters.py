@@ -11,6 +11,10 @@ RESIDUAL = "solverResidualThreshold"
 """Name of the setting below which iterations end."""
 ERP, CONTACT_ERP = "erp", "contactERP"
 """Names of the shares of errors that are corrected in a step: of limits and constraints, of contacts."""
+SOLVER = "constraintSolverType"
+"""Name of the setting of the solver."""
+DANTZIG = 3
+"""Value of it that solves all rows together instead of in rounds."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -22,7 +26,7 @@ class EngineParameters:
     sub_steps: int = 0
     """Number of substeps of a step; 0 and 1 mean one undivided step."""
     iterations: int = DEFAULT_ITERATIONS
-    """Rounds in which robots with motors are solved."""
+    """Rounds in which motors, limits and contacts are solved."""
     inner_iterations: int = 1
     """Inner solver iterations; read back, without effect on this engine."""
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -48,7 +52,7 @@ class EngineParameters:
 
     def reset(self) -> None:
         """Restore what resetSimulation resets: gravity, iterations, and the shares of errors."""
-        for name in (RESIDUAL, ERP, CONTACT_ERP):
+        for name in (RESIDUAL, ERP, CONTACT_ERP, SOLVER):
             self.others.pop(name, None)
         self.gravity = (0.0, 0.0, 0.0)
         self.iterations = DEFAULT_ITERATIONS

@@ -16,7 +16,14 @@ from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTI
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, IMMOVABLE_MASS, MULTIBODY, BodyRecord
 from roboyard.pybullet.state.constraint_records import ConstraintRecord
-from roboyard.pybullet.state.engine_parameters import CONTACT_ERP, ERP, RESIDUAL, EngineParameters
+from roboyard.pybullet.state.engine_parameters import (
+    CONTACT_ERP,
+    DANTZIG,
+    ERP,
+    RESIDUAL,
+    SOLVER,
+    EngineParameters,
+)
 from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
 from roboyard.pybullet.state.pair_filters import PairFilters
 from roboyard.pybullet.state.textures import Textures
@@ -367,7 +374,8 @@ class PhysicsScene:
         self.world.timestep = p.time_step / max(1, p.sub_steps)
         solver, profile = self.world.stepping.in_turn, self.world.profile
         if profile.motor_rounds:
-            solver.set_rounds(max(p.iterations, 1), p.others.get(RESIDUAL, profile.motor_residual))
+            rounds = 0 if p.others.get(SOLVER) == DANTZIG else max(p.iterations, 1)
+            solver.set_rounds(rounds, p.others.get(RESIDUAL, profile.motor_residual))
         slow = p.restitution_velocity_threshold
         erp, contact_erp = p.others.get(ERP, BULLET.erp), p.others.get(CONTACT_ERP, BULLET.contact_erp)
         if (profile.slow, profile.erp, profile.contact_erp) != (slow, erp, contact_erp):

@@ -77,7 +77,7 @@ class StepRows:
         self.is_direct = self._block is not None
         """Whether `rows` and `contacts` are MuJoCo's block, in which loops find the arrays themselves."""
         self.contacts = _NO_CONTACTS
-        self._is_sparse = int(is_sparse)
+        self._degrees, self._is_sparse = degrees, int(is_sparse)
         self.search = self._passed_arrays()
         """Where compiled loops look for contacts and rows, if `is_direct`."""
         self._rows: Rows | None = None
@@ -107,7 +107,9 @@ class StepRows:
 
     def _passed_arrays(self) -> Search:
         """Return a search that finds nothing, for arrays that are passed themselves."""
-        return _NO_SEARCH._replace(counts=np.zeros(len(_COUNTS), np.int32), is_sparse=self._is_sparse)
+        return _NO_SEARCH._replace(
+            counts=np.zeros(len(_COUNTS), np.int32), degrees=self._degrees, is_sparse=self._is_sparse
+        )
 
     def look(self) -> tuple[int, ...]:
         """Find the contacts and rows that MuJoCo has made; return `counts`."""
