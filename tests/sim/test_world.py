@@ -206,7 +206,7 @@ def test_a_heap_of_boxes_comes_to_rest(profile):
         )
         for k in range(64)
     ]
-    assert world.solver == "cg"
+    assert world.solver == ("cg" if profile is PLAIN else "newton")  # Bullet's rounds need no other
     fastest = 0.0
     for _ in range(24):
         world.step(30)

@@ -210,7 +210,7 @@ def _indices_from_start() -> Iterator[None]:
 
 @contextmanager
 def _joined(joins_lines: bool) -> Iterator[None]:
-    """Let LLVM make vector instructions of equal operations that are written out, which numba leaves out."""
+    """Let LLVM make vector instructions of equal operations that are written out; numba does not ask it to."""
     kept = config.SLP_VECTORIZE
     with global_compiler_lock:
         config.SLP_VECTORIZE = int(joins_lines) or kept

@@ -131,7 +131,7 @@ def scale_tolerance(option: Any, share: float) -> None:
 def chosen_solver(solver: Solver, free_dofs: int, profile: PhysicsProfile) -> Literal["newton", "cg"]:
     """Return the solver of a world whose free bases have so many degrees of freedom.
 
-    Where rows are solved in turn, MuJoCo's solver has few left, whatever the number of bodies.
+    Where rows are solved in turn, MuJoCo's solver has few left, however many bodies there are.
     """
     if solver != "auto":
         return solver

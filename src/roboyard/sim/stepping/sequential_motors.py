@@ -333,6 +333,7 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, places: int, entries: i
         goals=np.zeros((rows, 5)),
         mu=np.zeros(rows),
         soft=np.zeros(rows),
+        diagonal=np.zeros(trees, np.uint8),
         slots=np.zeros(trees, np.int32),
         places_of_rows=np.zeros((rows, PLACES), np.int32),
         lanes=_aligned(1, rows * (HEAD + 2 * wide))[0],

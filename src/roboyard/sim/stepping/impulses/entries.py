@@ -41,11 +41,22 @@ def place_of(dof, n, spans):
 def copy_entries(rows, search, row, n, spans, entries):
     """Copy a row of MuJoCo's Jacobian, which is dense or sparse, to row n."""
     start = rows.starts[2]
-    for k in range(spans[n, 1] + spans[n, 3]):
-        entries[n, k] = 0.0
     if search.is_sparse == 1:
-        first = rows.addresses[rows.starts[11] + row]
-        for i in range(first, first + rows.entries[rows.starts[10] + row]):
+        first, column = rows.addresses[rows.starts[11] + row], rows.starts[12]
+        count, size, others = rows.entries[rows.starts[10] + row], spans[n, 1], spans[n, 3]
+        if count == size + others:  # columns ascend
+            x, y = (0, size) if others == 0 or spans[n, 0] < spans[n, 2] else (others, 0)
+            if (size == 0 or rows.columns[column + first + x] == spans[n, 0]) and (
+                others == 0 or rows.columns[column + first + y] == spans[n, 2]
+            ):
+                for k in range(size):
+                    entries[n, k] = rows.jacobian[start + first + x + k]
+                for k in range(others):
+                    entries[n, size + k] = rows.jacobian[start + first + y + k]
+                return
+        for k in range(size + others):
+            entries[n, k] = 0.0
+        for i in range(first, first + count):
             place = place_of(rows.columns[rows.starts[12] + i], n, spans)
             if place >= 0:
                 entries[n, place] = rows.jacobian[start + i]

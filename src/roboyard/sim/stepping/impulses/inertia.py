@@ -60,6 +60,36 @@ def solve_inertia(mechanism, state, x, start, stop, place):  # pragma: no cover
             x[shift + i] -= state.factor[a] * x[shift + mechanism.factor_column[a]]
 
 
+def find_diagonal(mechanism, state, trees):  # pragma: no cover
+    """Write 1 into `trees` (ntree,) for those whose inertia is diagonal in this position, else 0.
+
+    That of a free body is where its frame is that of its principal axes at its centre of mass.
+    """
+    for tree in range(trees.shape[0]):
+        is_diagonal = 1
+        first = mechanism.tree_dof[tree]
+        for i in range(first, first + mechanism.tree_dofs[tree]):
+            start = mechanism.factor_start[i]
+            for a in range(start, start + mechanism.factor_count[i] - 1):
+                if state.factor[a] != 0.0:
+                    is_diagonal = 0
+        trees[tree] = is_diagonal
+
+
+def respond(mechanism, state, is_diagonal, jacobian, response, first, size, place):  # pragma: no cover
+    """Write what a unit of a row's impulse changes in the velocities of a tree, dofs first ... first + size.
+
+    jacobian, response: the row's entries, those of the tree from `place` on.
+    """
+    if is_diagonal == 1:
+        for k in range(size):
+            response[place + k] = jacobian[place + k] * state.factor_inverse[first + k]
+        return
+    for k in range(size):
+        response[place + k] = jacobian[place + k]
+    solve_inertia(mechanism, state, response, first, first + size, place)
+
+
 def solve_inertia_across(mechanism, state, across, blocks):  # pragma: no cover
     """Do what `solve_inertia` does for many efforts at once: across is (nv, n), of whole blocks of rows."""
     nv = state.qvel.shape[0]

@@ -153,6 +153,36 @@ def push_row(lanes, places, n, impulse, velocities):
             add_block(velocities, b + BLOCK * j, impulse, lanes, at + BLOCK * j)
 
 
+def add_blocks(y, j, factor, x, i, other_factor, k):
+    """Add multiples of two blocks of x to another block; written out, too."""
+    a, b = y[j] + factor * x[i] + other_factor * x[k], y[j + 1] + factor * x[i + 1] + other_factor * x[k + 1]
+    c = y[j + 2] + factor * x[i + 2] + other_factor * x[k + 2]
+    d = y[j + 3] + factor * x[i + 3] + other_factor * x[k + 3]
+    e = y[j + 4] + factor * x[i + 4] + other_factor * x[k + 4]
+    f = y[j + 5] + factor * x[i + 5] + other_factor * x[k + 5]
+    g = y[j + 6] + factor * x[i + 6] + other_factor * x[k + 6]
+    h = y[j + 7] + factor * x[i + 7] + other_factor * x[k + 7]
+    y[j], y[j + 1], y[j + 2], y[j + 3], y[j + 4], y[j + 5], y[j + 6], y[j + 7] = a, b, c, d, e, f, g, h
+
+
+def push_pair(lanes, places, n, impulse, other_impulse, velocities):
+    """Change velocities by impulses of row n and the next one, of the same trees."""
+    a, b = places[n, FIRST], places[n, SECOND]
+    width, other = places[n, WIDTH], places[n, OTHER]
+    at = places[n, START] + HEAD + BLOCK * (width + other)
+    further = at + HEAD + 2 * BLOCK * (width + other)
+    add_blocks(velocities, a, impulse, lanes, at, other_impulse, further)
+    if width > 1:
+        for j in range(BLOCK, BLOCK * width, BLOCK):
+            add_blocks(velocities, a + j, impulse, lanes, at + j, other_impulse, further + j)
+    if other > 0:
+        at += BLOCK * width
+        further += BLOCK * width
+        add_blocks(velocities, b, impulse, lanes, at, other_impulse, further)
+        for j in range(BLOCK, BLOCK * other, BLOCK):
+            add_blocks(velocities, b + j, impulse, lanes, at + j, other_impulse, further + j)
+
+
 def wish_of(lanes, at, speed):
     """Return the impulse with which a row would get what it asks for."""
     return lanes[at + KEPT] * lanes[at + IMPULSE] + lanes[at + GOAL] - speed * lanes[at + INVERSE]
@@ -259,7 +289,10 @@ def slide_pairs(lanes, places, first, sliding, stop, velocities):
             delta, other_delta = x - lanes[at + IMPULSE], y - lanes[other + IMPULSE]
             next_x += delta * lanes[at + NEXT] + other_delta * lanes[other + NEXT]
             next_y += delta * lanes[at + ACROSS] + other_delta * lanes[other + ACROSS]
-            worst = max(worst, set_impulse(lanes, places, n, x, velocities))
-            worst = max(worst, set_impulse(lanes, places, n + 1, y, velocities))
+            if delta != 0.0 or other_delta != 0.0:
+                lanes[at + IMPULSE], lanes[other + IMPULSE] = x, y
+                push_pair(lanes, places, n, delta, other_delta, velocities)
+                delta, other_delta = delta * lanes[at + OWN], other_delta * lanes[other + OWN]
+                worst = max(worst, max(delta * delta, other_delta * other_delta))
         x, y = next_x, next_y
     return worst

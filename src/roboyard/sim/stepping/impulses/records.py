@@ -194,6 +194,8 @@ class Solver(NamedTuple):
     goals: np.ndarray
     mu: np.ndarray
     soft: np.ndarray
+    diagonal: np.ndarray
+    """(ntree,) 1 for trees whose inertia is diagonal in this step."""
     slots: np.ndarray
     places_of_rows: np.ndarray
     lanes: np.ndarray
@@ -230,8 +232,8 @@ SURFACE = record(
 SOLVER = record(
     Solver,
     "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] i4[:,::1] f8[:,::1] f8[:,::1]"
-    " f8[:,::1] f8[::1] f8[::1] i4[::1] i4[:,::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1]"
-    " f8[:,::1]",
+    " f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1]"
+    " f8[::1] f8[:,::1]",
 )
 EVERYTHING = Bundle((ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER))
 """Arrays of a step."""

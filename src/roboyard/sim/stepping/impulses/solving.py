@@ -6,7 +6,7 @@ import numpy as np
 
 from roboyard.native import compiled
 from roboyard.sim.stepping.impulses.entries import add_to
-from roboyard.sim.stepping.impulses.inertia import add_line, solve_inertia, solve_inertia_across
+from roboyard.sim.stepping.impulses.inertia import add_line, find_diagonal, respond, solve_inertia_across
 from roboyard.sim.stepping.impulses.lanes import solve_in_turn
 from roboyard.sim.stepping.impulses.records import (
     BLOCK,
@@ -72,13 +72,14 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
             solver.influence, solver.lines, solver.change,
         )  # fmt: skip
     else:
-        response = solver.response
+        response, plain = solver.response, solver.diagonal
+        find_diagonal(mechanism, state, plain)
         for n in range(listed):
-            size, others = spans[n, 1], spans[n, 3]
-            for k in range(size + others):
-                response[n, k] = jacobian[n, k]
-            solve_inertia(mechanism, state, response[n], spans[n, 0], spans[n, 0] + size, 0)
-            solve_inertia(mechanism, state, response[n], spans[n, 2], spans[n, 2] + others, size)
+            size, entry, answer = spans[n, 1], jacobian[n], response[n]
+            if size > 0:
+                respond(mechanism, state, plain[order[n, 1]], entry, answer, spans[n, 0], size, 0)
+            if spans[n, 3] > 0:
+                respond(mechanism, state, plain[order[n, 2]], entry, answer, spans[n, 2], spans[n, 3], size)
         solve_in_turn(
             order, spans, goals, ends, jacobian, response, mechanism.tree_dof, mechanism.tree_dofs,
             solver.slots, solver.places_of_rows, solver.lanes, solver.velocities, rules[ROUNDS],
