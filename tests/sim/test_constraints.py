@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sim_robots import arm, pendulum
 
-from roboyard.errors import StaleHandleError
+from roboyard.errors import RoboyardError, StaleHandleError
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET, PLAIN
 from roboyard.sim.queries.proximity import between_bodies, nearest
@@ -110,3 +110,76 @@ def test_nearest_points_of_whole_bodies():
     (near,) = between_bodies(world, robot, floor, 5.0)
     assert near.link_a.name == "lower"
     assert near.distance == pytest.approx(2.0 - 0.45, abs=1e-3)
+
+
+def test_a_constraint_that_is_removed_before_a_step_costs_no_compile():
+    world = World(profile=BULLET)
+    box = world.add_box((0.2, 0.2, 0.2), (0, 0, 1))
+    kept = world.constraints.add_weld(box.links[0], None, position_b=(0, 0, 1))
+    world.step()
+    revision = world.revision
+    for _ in range(3):
+        a, b = (world.constraints.add_point(box.links[0], None, position_b=(0, 0, 1)) for _ in range(2))
+        world.constraints.set_frame(a, "b", (0, 0, 2))
+        assert world.is_stale
+        world.constraints.remove(a)
+        world.constraints.remove(b)
+        world.step()
+        assert world.revision == revision
+    assert world.constraints.all == (kept,)
+    np.testing.assert_allclose(box.position, [0, 0, 1], atol=1e-4)
+
+
+def test_an_edit_before_or_after_a_constraint_that_is_removed_is_compiled():
+    for order in ((0, 1), (1, 0)):
+        world = World()
+        box = world.add_box((0.2, 0.2, 0.2), (0, 0, 1))
+        world.step()
+        held = None
+        for what in order:
+            if what:
+                world.add_box((0.2, 0.2, 0.2), (2, 0, 1), mass=3.0)
+            else:
+                held = world.constraints.add_weld(box.links[0], None)
+        world.constraints.remove(held)
+        assert world.model.nbody == 3
+        assert world.model.neq == world.model.nsite == 0
+
+
+def test_new_constraints_are_in_the_spec_when_it_is_read():
+    world = World()
+    a, b = (world.add_box((0.2, 0.2, 0.2), (x, 0, 1)) for x in (0, 2))
+    place = np.array([0.0, 0.0, 0.1])
+    world.constraints.add_weld(a.links[0], b.links[0], position_a=place)
+    place[:] = 9.0  # the caller's own
+    lost = world.constraints.add_point(b.links[0], None)
+    assert [element.name for element in world.spec.equalities] == ["constraint1", "constraint2"]
+    np.testing.assert_allclose(world.spec.site("constraint1/a").pos, [0, 0, 0.1])
+    world.constraints.remove(lost)
+    assert world.model.neq == 1
+    world.constraints.add_point(b.links[0], None)
+    world.remove(b)
+    assert world.model.neq == 0
+
+
+def test_constraints_between_gears_keep_the_order_of_their_ids():
+    world = World()
+    robot = world.add_description(arm(), fixed_base=True)
+    first = world.constraints.add_point(robot.links[-1], None)
+    gear = world.constraints.add_gear(robot.joints[0], robot.joints[1], 1.0)
+    last = world.constraints.add_weld(robot.links[-1], None)
+    world.step()
+    assert [c.element.id for c in (first, gear, last)] == [1, 2, 3]  # after the mimic
+
+
+def test_frames_of_new_constraints_are_checked():
+    world = World()
+    box = world.add_box((0.2, 0.2, 0.2))
+    for position in ((0, 0), np.zeros((3, 1))):
+        with pytest.raises(RoboyardError, match="three numbers"):
+            world.constraints.add_point(box.links[0], None, position_a=position)
+    with pytest.raises(RoboyardError, match="finite"):
+        world.constraints.add_point(box.links[0], None, position_b=(0, 0, np.nan))
+    with pytest.raises(ValueError, match="length above 0"):
+        world.constraints.add_weld(box.links[0], None, orientation_a=(0, 0, 0, 0))
+    assert not world.constraints.all

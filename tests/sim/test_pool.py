@@ -13,7 +13,7 @@ from roboyard.errors import RoboyardError
 from roboyard.sensors import ForceTorqueSensor, Imu
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET, PLAIN
-from roboyard.sim.pool.body_pool import IDLE_STEPS, STREAK
+from roboyard.sim.pool.body_pool import IDLE_STEPS, MOST_DISCARDED, STREAK
 
 
 def _grow(world: World, count: int, add=None, steps: int = 1) -> list:
@@ -343,3 +343,28 @@ def test_robots_between_boxes_get_no_pooled_bodies():
         )
         world.step()
         assert not world.pool.free
+
+
+def test_bodies_removed_before_a_compile_are_deleted_together():
+    """They leave neither names nor meshes behind, and the spec is never much larger."""
+    world = World()
+    kept = world.add_box((0.2, 0.2, 0.2), (0, 0, 1), name="kept")
+    world.step()
+    for _ in range(2 * MOST_DISCARDED + 5):
+        body = world.add_mesh(mesh(), (0, 0, 2), name="lost")
+        assert body.name == "lost"
+        world.constraints.add_point(body.links[0], kept.links[0])
+        world.remove(body)
+        assert len(world.raw_spec.bodies) <= 3 + MOST_DISCARDED
+    other = world.add_box((0.1, 0.1, 0.1), (0, 0, 3), name="lost")
+    world.remove(other)
+    assert [body.name for body in world.spec.bodies] == ["world", "kept/base"]
+    assert not world.assets.count
+    last = world.add_box((0.1, 0.1, 0.1), (0, 0, 3), name="lost")
+    world.step()
+    assert (world.live_model.nbody, world.live_model.nmesh, world.live_model.neq) == (3, 0, 0)
+    world.add_box((0.1, 0.1, 0.1), (0, 0, 5))
+    world.remove(last)  # compiled before
+    world.step()
+    assert world.live_model.nbody == 3
+    assert kept.position[2] < 1.0

@@ -68,6 +68,8 @@ class Engine(Generic[BodyT]):
         self._data: Any = None
         self.is_stale = True
         """Whether the spec was edited since the last compile."""
+        self.edits = 0
+        """Number of edits of the spec so far."""
         self.is_moved = True
         """Whether positions were written since body frames were computed."""
         self._velocity_moved = True
@@ -123,6 +125,9 @@ class Engine(Generic[BodyT]):
         """Return the parts, beside bodies, that refer to each other without passing through the world."""
         return ()
 
+    def _complete_spec(self) -> None:
+        """Add what is not in the spec yet."""
+
     def _before_compile(self) -> None:
         """Make the last edits of the spec."""
 
@@ -136,6 +141,7 @@ class Engine(Generic[BodyT]):
         """The `mujoco.MjSpec` with the world's bodies only; after an edit call `mark_stale`."""
         self.pool.clear()
         self.show_triangles()
+        self._complete_spec()
         return self.raw_spec
 
     @property
@@ -180,6 +186,7 @@ class Engine(Generic[BodyT]):
     def mark_stale(self) -> None:
         """Note an edit of the spec: compile before the next use."""
         self.is_stale = True
+        self.edits += 1
         self.drop_prepared()
 
     def drop_prepared(self) -> None:

@@ -15,7 +15,7 @@ from roboyard.sim.actuation.drives import Drives
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.appearance.render_shapes import RenderShapes
 from roboyard.sim.body import Body
-from roboyard.sim.build.bodies import build, discard
+from roboyard.sim.build.bodies import build
 from roboyard.sim.build.records import BuildOptions, Built
 from roboyard.sim.build.solver_options import Solver
 from roboyard.sim.engine import Engine
@@ -115,7 +115,11 @@ class Simulation(Engine[Body]):
     def _parts_in_cycles(self) -> Sequence[object]:
         return (self.motors,)
 
+    def _complete_spec(self) -> None:
+        self.constraints.enter_new()
+
     def _before_compile(self) -> None:
+        self._complete_spec()
         self.filters.write()
 
     def _after_compile(self) -> None:
@@ -266,7 +270,7 @@ class Simulation(Engine[Body]):
         if self.pool.release(body):
             self.disown(body)
         else:
-            discard(built, self.raw_spec, self.assets)
+            self.pool.discard(built)
             self.mark_stale()
         body.detach()
 

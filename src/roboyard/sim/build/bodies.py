@@ -98,6 +98,17 @@ def discard(built: Built, spec: mujoco.MjSpec, assets: MeshAssets) -> None:
             assets.release(mesh)
 
 
+def is_plain(built: Built) -> bool:
+    """Return whether a body is one link whose elements no other element of the spec refers to."""
+    if len(built.links) != 1 or built.equalities or built.is_ground:
+        return False
+    record = built.links[0]
+    if record.terrains or record.windows or record.actuator is not None or record.joint_elements:
+        return False
+    element = record.element
+    return not (element.sites or element.cameras or element.lights or element.bodies)
+
+
 def _build_into(
     built: Built,
     spec: mujoco.MjSpec,

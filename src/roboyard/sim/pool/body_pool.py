@@ -12,7 +12,8 @@ compiled as without a pool.
 Pooled bodies with joints have one exact description, and exist only while few steps pass between additions:
 each step costs as much for them as for an active body.
 
-A removed body becomes inactive, too, if it came from the pool or has one link. All inactive bodies are
+A body that is removed while the spec waits for its compile is deleted with others before that. Any other
+removed body becomes inactive, too, if it came from the pool or has one link. All inactive bodies are
 deleted with the next compile, after some steps without additions and removals, and when MuJoCo's own arrays
 (`Engine.model`, `Engine.data`) or the spec are read.
 
@@ -30,6 +31,7 @@ import mujoco
 import numpy as np
 
 from roboyard.description.model import RobotDescription
+from roboyard.sim.build.bodies import discard, is_plain
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
 from roboyard.sim.pool.rows import PooledBody, PoolRows, add_pooled_body, is_apart
 from roboyard.sim.pool.template_cache import TemplateCache
@@ -51,9 +53,11 @@ IDLE_STEPS, IDLE_STEPS_ARTICULATED = 200, 20
 """Steps without additions and removals after which inactive bodies are deleted."""
 LARGEST_PAUSE = 4
 """Largest number of steps between additions at which pooled bodies with joints are made."""
+MOST_DISCARDED = 64
+"""Largest number of removed bodies that are deleted from the spec at once; a single one costs as much."""
 HISTORY_LENGTH = 12
 """Number of recent additions from which the layouts of pooled bodies are chosen: those seen twice."""
-_SLOT_NAME, _REMOVED_NAME = "pooled{}", "removed{}"
+_SLOT_NAME, _REMOVED_NAME, _DISCARDED_NAME = "pooled{}", "removed{}", "discarded{}"
 
 Recent = tuple[RobotDescription, BuildOptions]
 
@@ -73,6 +77,8 @@ class BodyPool:
         """Whether there are bodies of the pool, or removed ones, in MuJoCo's arrays."""
         self._removed: list[Built] = []
         """Elements of removed bodies in the spec."""
+        self._discarded: list[Built] = []
+        """Bodies that were removed and are in the spec until the next compile."""
         self._added: set[int] = set()
         """Ids of bodies added since the last compile."""
         self._mixed = False
@@ -148,6 +154,8 @@ class BodyPool:
                 self._back_off()
             self._delete_inactive()
             self._engine.mark_stale()
+        elif self._discarded:
+            self._delete_inactive()
 
     def prepare(self, spec: Any) -> int:
         """Add pooled bodies to the spec before a compile; return the number of their shapes."""
@@ -210,12 +218,18 @@ class BodyPool:
     def _delete_inactive(self) -> None:
         """Delete all inactive bodies from the spec at once: a single one costs as much."""
         going = [slot for slot in self._slots if slot.owner < 0]
-        elements = [slot.element for slot in going] + [built.links[0].element for built in self._removed]
+        elements = [slot.element for slot in going]
         meshes = [mesh for slot in going for mesh in slot.template.meshes]
-        meshes += [mesh for built in self._removed for mesh in built.links[0].meshes]
-        self._slots, self._next, self._slot_of, self._removed = [], 0, {}, []
+        removed = self._removed + self._discarded
+        self._slots, self._next, self._slot_of, self._removed, self._discarded = [], 0, {}, [], []
         self.is_used = False
         self._has_articulated = False
+        self._delete(removed, elements, meshes)
+
+    def _delete(self, removed: list[Built], elements: list[Any], meshes: list[str]) -> None:
+        """Delete bodies of one link from the spec, and further elements with their meshes."""
+        elements += [built.links[0].element for built in removed]
+        meshes += [mesh for built in removed for mesh in built.links[0].meshes]
         if not elements:
             return
         spec = self._engine.raw_spec
@@ -225,6 +239,23 @@ class BodyPool:
         spec.delete(frame)
         for mesh in meshes:
             self._engine.assets.release(mesh)
+
+    def discard(self, built: Built) -> None:
+        """Delete a removed body from the spec: one of one link with others, before the next compile.
+
+        The caller marks the world stale.
+        """
+        if not is_plain(built):
+            discard(built, self._engine.raw_spec, self._engine.assets)
+            return
+        if len(self._discarded) == MOST_DISCARDED:
+            going, self._discarded = self._discarded, []
+            self._delete(going, [], [])
+        name = _DISCARDED_NAME.format(len(self._discarded))
+        built.links[0].element.name = name
+        if built.free_joint is not None:
+            built.free_joint.name = name
+        self._discarded.append(built)
 
     def _back_off(self) -> None:
         """Pooled bodies were not used: require more compiles before the next ones."""

@@ -37,9 +37,12 @@ class Constraint:
     kind: Kind
     link_a: Link
     link_b: Link | None
-    element: Any
+    element: Any = None
+    """Its equality in the spec; None before it is there."""
     site_a: Any = None
     site_b: Any = None
+    frames: tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike] | None = None
+    """Position and orientation in each link, until it is in the spec; None for a gear."""
     max_force: float = np.inf
     """Force bound (N or N m) of each row: three for a point, six for a weld or slide, one for a gear."""
     gear_ratio: float = 0.0
@@ -58,6 +61,10 @@ class Constraints:
         self._world = world
         self._by_id: dict[int, Constraint] = {}
         self._next = 1
+        self._new: list[Constraint] = []
+        """Those that are not in the spec yet; one that is removed before costs no compile."""
+        self._edits = -1
+        """Edits of the world so far, if they are the only ones since its compile; else -1."""
         self._bounds: np.ndarray | None = None
         self._tuned_timestep = 0.0
 
@@ -99,9 +106,8 @@ class Constraints:
             orientation_b: (4,) quaternion x, y, z, w in the frame of link_b.
             max_force: bound of each row (N or N m).
         """
-        kind = mujoco.mjtEq.mjEQ_WELD
         return self._between(
-            "weld", kind, link_a, link_b, position_a, orientation_a, position_b, orientation_b, max_force
+            "weld", link_a, link_b, position_a, orientation_a, position_b, orientation_b, max_force
         )
 
     def add_point(
@@ -122,8 +128,8 @@ class Constraints:
             position_b: (3,) point in the frame of link_b (m).
             max_force: bound of each row (N).
         """
-        kind, none = mujoco.mjtEq.mjEQ_CONNECT, (0, 0, 0, 1)
-        return self._between("point", kind, link_a, link_b, position_a, none, position_b, none, max_force)
+        none = (0.0, 0.0, 0.0, 1.0)
+        return self._between("point", link_a, link_b, position_a, none, position_b, none, max_force)
 
     def add_slide(
         self,
@@ -158,7 +164,6 @@ class Constraints:
             raise RoboyardError(f"a slide needs a non-zero axis of three numbers, got {axis}")
         made = self._between(
             "slide",
-            mujoco.mjtEq.mjEQ_WELD,
             link_a,
             link_b,
             position_a,
@@ -190,6 +195,7 @@ class Constraints:
                 raise RoboyardError(f"joint {joint.name!r} is {joint.type}; gears couple hinges and slides")
         _check_finite("the ratio", ratio)
         _check_force(max_force)
+        self.enter_new()  # rows are in the order of ids
         name, spec = f"constraint{self._next}", self._world.spec
         names = [j._built.joint_elements[0].name for j in (joint_a, joint_b, against) if j is not None]
         tendon = None
@@ -204,6 +210,7 @@ class Constraints:
             id=self._next, kind="gear", link_a=joint_a.child, link_b=joint_b.child, element=element
         )
         constraint.tendon = tendon
+        _stiffen(element)
         self._register(constraint, max_force)
         offset = joint_a.position + ratio * joint_b.position
         self.set_gear(constraint, ratio, offset if against is None else offset - against.position)
@@ -212,7 +219,6 @@ class Constraints:
     def _between(
         self,
         kind: Kind,
-        equality: Any,
         link_a: Link,
         link_b: Link | None,
         position_a: ArrayLike,
@@ -221,45 +227,63 @@ class Constraints:
         orientation_b: ArrayLike,
         max_force: float,
     ) -> Constraint:
-        quat_a, quat_b = to_wxyz(normalized(orientation_a)), to_wxyz(normalized(orientation_b))
-        _check_finite("position_a", position_a)
-        _check_finite("position_b", position_b)
-        _check_force(max_force)
-        world = self._world
-        name = f"constraint{self._next}"
-        parent_b = world.spec.worldbody if link_b is None else link_b._built.element
-        site_a = link_a._built.element.add_site(name=f"{name}/a", pos=position_a, quat=quat_a, group=5)
-        site_b = parent_b.add_site(name=f"{name}/b", pos=position_b, quat=quat_b, group=5)
-        element = world.spec.add_equality(
-            name=name,
-            type=equality,
-            objtype=mujoco.mjtObj.mjOBJ_SITE,
-            name1=site_a.name,
-            name2=site_b.name,
-        )
-        if kind != "point":
-            data = np.array(element.data)
-            data[10] = 1.0
-            element.data = data
         constraint = Constraint(
             id=self._next,
             kind=kind,
             link_a=link_a,
             link_b=link_b,
-            element=element,
-            site_a=site_a,
-            site_b=site_b,
+            frames=(
+                *(_position("position_a", position_a), _orientation(orientation_a)),
+                *(_position("position_b", position_b), _orientation(orientation_b)),
+            ),
         )
+        _check_force(max_force)
+        world = self._world
+        if not self._new:
+            self._edits = -1 if world.is_stale else world.edits
+        self._new.append(constraint)
         self._register(constraint, max_force)
+        if self._edits >= 0:
+            self._edits += 1
         return constraint
 
     def _register(self, constraint: Constraint, max_force: float) -> None:
-        constraint.element.solref = STIFF_SOLREF
-        constraint.element.solimp = STIFF_SOLIMP
         constraint.max_force = max_force
         self._by_id[constraint.id] = constraint
         self._next += 1
         self._world.mark_stale()
+
+    def enter_new(self) -> None:
+        """Add new constraints to the spec, before it is compiled or read."""
+        for constraint in self._new:
+            self._enter(constraint)
+        self._new.clear()
+
+    def _enter(self, constraint: Constraint) -> None:
+        assert constraint.frames is not None
+        position_a, orientation_a, position_b, orientation_b = constraint.frames
+        spec, link_b, name = self._world.raw_spec, constraint.link_b, f"constraint{constraint.id}"
+        parent_b = spec.worldbody if link_b is None else link_b._built.element
+        constraint.site_a = constraint.link_a._built.element.add_site(
+            name=f"{name}/a", pos=position_a, quat=to_wxyz(normalized(orientation_a)), group=5
+        )
+        constraint.site_b = parent_b.add_site(
+            name=f"{name}/b", pos=position_b, quat=to_wxyz(normalized(orientation_b)), group=5
+        )
+        is_point = constraint.kind == "point"
+        constraint.element = element = spec.add_equality(
+            name=name,
+            type=mujoco.mjtEq.mjEQ_CONNECT if is_point else mujoco.mjtEq.mjEQ_WELD,
+            objtype=mujoco.mjtObj.mjOBJ_SITE,
+            name1=constraint.site_a.name,
+            name2=constraint.site_b.name,
+        )
+        if not is_point:
+            data = np.array(element.data)
+            data[10] = 1.0
+            element.data = data
+        _stiffen(element)
+        constraint.frames = None
 
     # --------------------------------------------------------------------------------------------- changing
 
@@ -296,6 +320,9 @@ class Constraints:
         Raises:
             RoboyardError: the constraint is a gear.
         """
+        if constraint.frames is not None:
+            self._set_new_frame(constraint, side, position, orientation)
+            return
         site = constraint.site_a if side == "a" else constraint.site_b
         if site is None:
             raise RoboyardError(f"constraint {constraint.id} is a gear and has no frames")
@@ -313,6 +340,24 @@ class Constraints:
                 model.site_quat[row] = quat
         if model is not None:
             model.site_sameframe[row] = 0
+
+    @staticmethod
+    def _set_new_frame(
+        constraint: Constraint,
+        side: Literal["a", "b"],
+        position: ArrayLike | None,
+        orientation: ArrayLike | None,
+    ) -> None:
+        """Set the frame of a constraint that is not in the spec yet."""
+        assert constraint.frames is not None
+        frames = list(constraint.frames)
+        first = 0 if side == "a" else 2
+        if position is not None:
+            frames[first] = _position("a position", position)
+        if orientation is not None:
+            frames[first + 1] = _orientation(orientation)
+        a, b, c, d = frames
+        constraint.frames = a, b, c, d
 
     def set_gear(self, constraint: Constraint, ratio: float, offset: float) -> None:
         """Couple positions as q_a = offset - ratio q_b; with a third joint as q_a = offset - ratio q_b + q_c.
@@ -350,6 +395,9 @@ class Constraints:
     def remove(self, constraint: Constraint) -> None:
         """Remove a constraint."""
         self.get(constraint.id)
+        if constraint in self._new:
+            self._drop_new(constraint)
+            return
         spec = self._world.spec
         spec.delete(constraint.element)
         if constraint.tendon is not None:
@@ -360,6 +408,15 @@ class Constraints:
         del self._by_id[constraint.id]
         self._bounds = None
         self._world.mark_stale()
+
+    def _drop_new(self, constraint: Constraint) -> None:
+        """Remove a constraint that is not in the spec yet; without other edits, none is compiled."""
+        world = self._world
+        self._new.remove(constraint)
+        del self._by_id[constraint.id]
+        if not self._new and world.edits == self._edits:
+            world.is_stale = False
+        world.refresh_stepping()
 
     def forget(self, body_id: int) -> None:
         """Remove the constraints of a body that is removed."""
@@ -481,6 +538,32 @@ def _check_finite(what: str, values: ArrayLike) -> None:
             return
     if not all(map(math.isfinite, np.asarray(values, dtype=float).ravel().tolist())):
         raise RoboyardError(f"{what} of a constraint must be finite, got {values}")
+
+
+def _position(what: str, values: ArrayLike) -> ArrayLike:
+    """Return finite numbers (3,) that the caller does not change."""
+    _check_finite(what, values)
+    if type(values) is tuple and len(values) == 3:
+        return values
+    made = np.array(values, dtype=float)
+    if made.shape != (3,):
+        raise RoboyardError(f"{what} of a constraint must be three numbers, got {values}")
+    return made
+
+
+def _orientation(values: ArrayLike) -> ArrayLike:
+    """Return a quaternion (4,) that the caller does not change; raise what `normalized` does."""
+    if type(values) is tuple and len(values) == 4:
+        x, y, z, w = values
+        square = x * x + y * y + z * z + w * w
+        if type(square) is float and 0.5 < square < 2.0:
+            return values
+    return normalized(np.array(values, dtype=float))
+
+
+def _stiffen(element: Any) -> None:
+    element.solref = STIFF_SOLREF
+    element.solimp = STIFF_SOLIMP
 
 
 def _check_force(max_force: float) -> None:
