@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 from roboyard._lazy import paused_collection
-from roboyard.pybullet.face.calling import builtin, counted, public, refusing
+from roboyard.pybullet.face.calling import builtin, counted, kept, public, refusing
 from roboyard.pybullet.face.commands import COMMANDS
 
 _FREE: Mapping[str, tuple[str, ...]] = {
@@ -45,6 +45,9 @@ _FREE: Mapping[str, tuple[str, ...]] = {
 _REFUSING = frozenset(("connect", "disconnect", *_FREE["calling_forms"]))
 """Those of them that the world may refuse."""
 
+_KEPT = frozenset(("getAPIVersion", "isConnected", "isNumpyEnabled"))
+"""Those of them that return the same for each client in this process."""
+
 _FREE_HOMES = {name: f"roboyard.pybullet.{module}" for module, names in _FREE.items() for name in names}
 
 NAMES = tuple(sorted({*COMMANDS, *_FREE_HOMES}))
@@ -64,6 +67,8 @@ def public_function(name: str) -> Callable[..., Any]:
             function = getattr(import_module(_FREE_HOMES[name]), name)
         if name in _REFUSING:
             function = refusing(function)
+        if name in _KEPT:
+            function = kept(function, 1 if name == "isConnected" else function())
         if hasattr(function, "front"):
             function = counted(function)
         function.__module__ = __name__  # pickled by this module, whose attributes make the built-in, too

@@ -20,6 +20,8 @@ from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.entries import FRONT
 from roboyard.pybullet.fast import fast_commands, fast_entries
+from roboyard.pybullet.fast.property_entries import PROPERTIES
+from roboyard.pybullet.fast.settings_entries import SETTINGS
 from roboyard.pybullet.fast.tree_entries import TREE
 from roboyard.pybullet_data import getDataPath
 
@@ -30,7 +32,7 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module", autouse=True)
 def _machine_code() -> None:
-    fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS, TREE
+    fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS, TREE, SETTINGS, PROPERTIES
     assert all(front.address() for front in fronts)
     direct_calls.START.enter()
     fast_commands.replace_pushes()
@@ -335,3 +337,203 @@ def test_commands_are_compiled_after_many_calls(robot: int, monkeypatch: pytest.
             assert fast_commands.is_machine_code("getAABB") == (can_be_kept and call >= 4)
     monkeypatch.undo()
     fast_commands.replace_boxes()
+
+
+FORMS: list[tuple[tuple[Any, ...], dict[str, Any]]] = [
+    ((2, [0.3]), {}),
+    ((2, (0.3,)), {"force": [5]}),
+    ((2, [0.3]), {"targetVelocity": [0.1], "force": [5.0], "positionGain": 0.2, "velocityGain": 0.4}),
+    ((2, [0.3]), {"force": [5], "maxVelocity": 1.0}),
+    ((2, [0.3]), {"force": [5], "damping": 0.5}),
+    ((2, [0.3]), {"force": [5], "damping": 1}),
+    ((2, [0.3]), {"force": [5], "positionGain": 1}),
+    ((2, [0.3]), {"force": [7]}),
+    ((2, [0.3]), {"force": [0.0]}),
+    ((2, []), {}),
+    ((2, [0.1, 0.2]), {}),
+    ((2, "a"), {}),
+    ((2, [float("nan")]), {}),
+    ((2, np.array([99.0])), {}),
+    ((0, [0.3]), {"force": [5]}),
+    ((2.0, [0.3]), {}),
+    ((1,), {"targetVelocity": [0.3]}),
+]
+"""Mode and position after the joint, and keywords."""
+
+
+@pytest.mark.parametrize(("given", "keywords"), FORMS)
+def test_motors_of_joints_of_any_kind_are_those_of_the_python_function(
+    robot: int, given: tuple[Any, ...], keywords: dict[str, Any]
+) -> None:
+    outcomes = []
+    mode, *positions = given
+    lists = {name + "s": [value, value] for name, value in keywords.items() if name != "damping"}
+    lists["maxVelocities"] = lists.pop("maxVelocitys", None)
+    for is_python in (False, True):
+        for joints in (2, 1, 99, 3.0):
+            for name, called, places, names in (
+                ("setJointMotorControlMultiDof", joints, positions, keywords),
+                ("setJointMotorControlMultiDofArray", [joints, 3], [[q, q] for q in positions], lists),
+            ):
+                call = getattr(p, name)
+                for _ in range(3):
+                    p.setJointMotorControlMultiDof(robot, 2, p.POSITION_CONTROL, [0.2], force=[5])
+                    p.setJointMotorControlMultiDofArray(robot, [2, 3], 2, [[0.3], [0.4]], forces=[[5], [6]])
+                try:
+                    call = call.__self__ if is_python else call
+                    outcomes.append(call(robot, called, mode, *places, **names))
+                except Exception as problem:
+                    outcomes.append((type(problem), str(problem)))
+                outcomes[-1] = outcomes[-1], motors(robot)
+    half = len(outcomes) // 2
+    assert outcomes[:half] == outcomes[half:]
+
+
+def settings() -> Any:
+    client: Any = CLIENTS[0]
+    parameters, view = client.parameters, client.visualizer
+    names = [name for name in type(parameters).__dataclass_fields__ if name != "others"]
+    return (
+        {name: getattr(parameters, name) for name in names},
+        dict(parameters.others),
+        *(view.distance, view.yaw, view.pitch, view.target, view.up_axis),
+        *(dict(view.switches), dict(view.settings)),
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "keywords"),
+    [
+        ("setGravity", (0, 1.5, -9.8), {}),
+        ("setGravity", (0, True, np.float64(2)), {}),
+        ("setGravity", (0, 1), {"gravZ": -3}),
+        ("setGravity", (0, float("inf"), 0), {}),
+        ("setGravity", (0, "1", 0), {}),
+        ("setGravity", (0, 1), {}),
+        ("setGravity", (0, 1, 2, 3, 4), {}),
+        ("setTimeStep", (0.01,), {}),
+        ("setTimeStep", (1,), {}),
+        ("setTimeStep", (float("nan"),), {}),
+        ("setTimeStep", (10**400,), {}),
+        ("setTimeStep", (), {"timeStep": 0.02, "physicsClientId": 0}),
+        ("setTimeStep", (0.02,), {"physicsClientId": 7}),
+        ("setRealTimeSimulation", (1,), {}),
+        ("setRealTimeSimulation", (True,), {}),
+        ("setRealTimeSimulation", (0.5,), {}),
+        ("setDefaultContactERP", (0.3,), {}),
+        ("setDefaultContactERP", (None,), {}),
+        ("setTimeOut", (3,), {}),
+        ("setTimeOut", ("3",), {}),
+        ("setPhysicsEngineParameter", (), {}),
+        ("setPhysicsEngineParameter", (0.005, 20), {}),
+        ("setPhysicsEngineParameter", (), {"numSolverIterations": 30, "numSubSteps": 4}),
+        ("setPhysicsEngineParameter", (), {"numSubSteps": 20000, "erp": 0.5}),
+        ("setPhysicsEngineParameter", (), {"numSolverIterations": 30.5, "erp": 0.5}),
+        ("setPhysicsEngineParameter", (), {"erp": 1, "contactERP": 0.5, "enableConeFriction": 0}),
+        ("setPhysicsEngineParameter", (), {"erp": -2.0, "contactERP": 0.4}),
+        ("setPhysicsEngineParameter", (), {"fixedTimeStep": float("inf")}),
+        ("setPhysicsEngineParameter", (), {"restitutionVelocityThreshold": 1}),
+        ("setPhysicsEngineParameter", (), {"nothing": 1}),
+        ("setDebugObjectColor", ("any", None), {}),
+        ("setDebugObjectColor", (0, 0, (1, 0.5, 0)), {}),
+        ("setDebugObjectColor", (0, 0, np.ones(3)), {}),
+        ("setDebugObjectColor", (0, 0), {"objectDebugColorRGB": [1, 0]}),
+        ("setDebugObjectColor", (0, 0, [1, 0, "a"]), {}),
+        ("configureDebugVisualizer", (), {}),
+        ("configureDebugVisualizer", (p.COV_ENABLE_GUI, 0), {}),
+        ("configureDebugVisualizer", (p.COV_ENABLE_GUI,), {}),
+        ("configureDebugVisualizer", (p.COV_ENABLE_Y_AXIS_UP, 1), {}),
+        ("configureDebugVisualizer", (-3, 1), {}),
+        ("configureDebugVisualizer", (2, 0.5), {}),
+        ("configureDebugVisualizer", (), {"enable": 1}),
+        ("configureDebugVisualizer", (), {"rgbBackground": [1, 0, 0]}),
+        ("configureDebugVisualizer", (2, 1), {"shadowMapResolution": 4}),
+        ("resetDebugVisualizerCamera", (2, 30.1, -20.3, [0.1, 2, 3]), {}),
+        ("resetDebugVisualizerCamera", (2, 30.1, -20.3), {"cameraTargetPosition": np.array([0.1, 2, 3])}),
+        ("resetDebugVisualizerCamera", (1e300, 30.1, -20.3, (1, 2, 3)), {}),
+        ("resetDebugVisualizerCamera", (2, 30.1, -20.3, (1, 2)), {}),
+        ("resetDebugVisualizerCamera", (2, 30.1, -20.3, (1, 2, True)), {}),
+        ("resetDebugVisualizerCamera", (2, "a", -20.3, (1, 2, 3)), {}),
+    ],
+)
+def test_settings_are_those_of_the_python_function(
+    name: str, given: tuple[Any, ...], keywords: dict[str, Any]
+) -> None:
+    outcomes = []
+    for is_python in (False, True):
+        p.connect(p.DIRECT)
+        call = getattr(p, name)
+        try:
+            outcomes.append((call.__self__ if is_python else call)(*given, **keywords))
+        except Exception as problem:
+            outcomes.append((type(problem), str(problem)))
+        outcomes[-1] = repr((outcomes[-1], settings()))
+        p.disconnect()
+    assert outcomes[0] == outcomes[1]
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"lateralFriction": 0.7},
+        {"lateralFriction": 1, "spinningFriction": 0.2, "rollingFriction": 0.1},
+        {"mass": 2.5},
+        {"mass": 0},
+        {"mass": 2, "lateralFriction": 0.2, "localInertiaDiagonal": [1, 2, 3]},
+        {"linearDamping": 0.3, "angularDamping": 0.1},
+        {"jointDamping": 0.4},
+        {"jointDamping": 0.4, "restitution": 0.5},
+        {"contactStiffness": 10.0},
+        {"mass": 1.0, "lateralFriction": -0.5},
+        {"mass": float("nan")},
+        {"mass": True, "lateralFriction": np.float64(0.3)},
+        {"lateralFriction": "1"},
+        {"nothing": 1},
+    ],
+)
+def test_changed_dynamics_are_those_of_the_python_function(given: dict[str, Any]) -> None:
+    outcomes = []
+    for is_python in (False, True):
+        p.connect(p.DIRECT)
+        robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf", [0, 0, 1], [0.1, 0.2, 0.3, 0.9])
+        p.stepSimulation()
+        call = p.changeDynamics.__self__ if is_python else p.changeDynamics
+        for body, link in ((robot, -1), (robot, 2), (robot, 99), (robot, -2), (9, 0), (robot, 1.0), ("a", 0)):
+            try:
+                outcomes.append(call(body, link, **given))
+            except Exception as problem:
+                outcomes.append((type(problem), str(problem)))
+        model: Any = CLIENTS[0].scene.world.model  # type: ignore[union-attr]
+        outcomes += [p.getDynamicsInfo(robot, link) for link in (-1, 2)]
+        outcomes += [a.tolist() for a in (model.body_mass, model.body_inertia, model.geom_friction)]
+        outcomes.append(model.dof_damping.tolist())
+        p.stepSimulation()
+        outcomes.append(p.getBaseVelocity(robot))
+        p.disconnect()
+    half = len(outcomes) // 2
+    assert outcomes[:half] == outcomes[half:]
+
+
+def test_clients_in_this_process_are_connected_and_others_as_before() -> None:
+    for call in (p.isConnected, p.isNumpyEnabled, p.getAPIVersion):
+        for _ in range(2):
+            assert call() == call.__self__() == call.__self__.__wrapped__()
+            one, two = p.connect(p.DIRECT), p.connect(p.DIRECT)
+            for number in (one, two, 5, -1):
+                expected = call.__self__.__wrapped__(number)
+                assert call(number) == call(physicsClientId=number) == expected
+                assert p.isConnected(number) == (number in (one, two))
+            p.disconnect(one)
+            assert (p.isConnected(), p.isConnected(two), p.isConnected(physicsClientId=two)) == (0, 1, 1)
+            p.disconnect(two)
+            with pytest.raises(TypeError):
+                call(1, 2)
+            with pytest.raises(TypeError):
+                call(nothing=1)
+
+
+def test_settings_and_dynamics_are_machine_code() -> None:
+    names = "setGravity", "resetDebugVisualizerCamera", "setDebugObjectColor", "changeDynamics"
+    for name in (*names, "setJointMotorControlMultiDof", "setJointMotorControlMultiDofArray"):
+        getattr(p, name)
+        assert fast_commands.is_machine_code(name)

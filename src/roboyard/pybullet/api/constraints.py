@@ -21,7 +21,7 @@ Vector = Sequence[float]
 _FAILED = "createConstraint failed."
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
 _UNSET_FORCE = -1.0
-_NO_GEAR = (0.0, -1, 1e32, -1.0)
+_NO_RATIO, _NO_LINK, _NO_TARGET = 0.0, -1, 1e32
 _ROWS = {c.JOINT_FIXED: 6, c.JOINT_PRISMATIC: 5, c.JOINT_POINT2POINT: 3, c.JOINT_GEAR: 1}
 
 
@@ -92,10 +92,10 @@ def changeConstraint(
     jointChildPivot: Vector | None = None,
     jointChildFrameOrientation: Vector | None = None,
     maxForce: float = _UNSET_FORCE,
-    gearRatio: float = 0.0,
-    gearAuxLink: int = -1,
-    relativePositionTarget: float = 1e32,
-    erp: float = -1.0,
+    gearRatio: float = _NO_RATIO,
+    gearAuxLink: int = _NO_LINK,
+    relativePositionTarget: float = _NO_TARGET,
+    erp: float = _UNSET_FORCE,
 ) -> None:
     """Change the properties that are given; an unknown id is ignored.
 
@@ -125,10 +125,19 @@ def changeConstraint(
         record.child_position = pivot
     if jointChildFrameOrientation is not None:
         record.child_orientation = _unit(jointChildFrameOrientation)
-    if number(maxForce) >= 0.0 and not (record.is_bounded and maxForce == record.max_force):
+    if (
+        maxForce is not _UNSET_FORCE
+        and number(maxForce) >= 0.0
+        and not (record.is_bounded and maxForce == record.max_force)
+    ):
         record.max_force, record.is_bounded = float(maxForce), True
         scene.world.constraints.set_max_force(record.made, maxForce)
-    if (gearRatio, gearAuxLink, relativePositionTarget, erp) != _NO_GEAR or type(gearAuxLink) is not int:
+    if not (
+        gearRatio is _NO_RATIO
+        and gearAuxLink is _NO_LINK
+        and relativePositionTarget is _NO_TARGET
+        and erp is _UNSET_FORCE
+    ):
         _change_gear(client, record, gearRatio, gearAuxLink, relativePositionTarget, erp)
     if record.kind == c.JOINT_GEAR:
         return
@@ -216,11 +225,12 @@ def getConstraintState(client: Client, constraintUniqueId: int) -> tuple[float, 
         error: the constraint does not exist.
     """
     scene = client.scene
-    record = scene.constraints.get(whole(constraintUniqueId))
+    record: ConstraintRecord | None = scene.constraints.get(whole(constraintUniqueId))
     if record is None or record.made is None:
         raise failure("Couldn't getConstraintState.", _unknown(client, constraintUniqueId))
     world, kind = scene.world, record.kind
-    world.ensure_compiled()
+    if world.is_stale:
+        world.ensure_compiled()
     forces = world.constraints.applied_numbers(record.made)
     if not forces:
         return (0.0,) * _ROWS[kind]
@@ -240,8 +250,10 @@ def _unknown(client: Client, given: int) -> str:
 def _unit(orientation: Vector | None) -> Quaternion:
     if orientation is None:
         return _IDENTITY
-    x, y, z, w = quaternion(orientation, _FAILED)
+    x, y, z, w = unit = quaternion(orientation, _FAILED)
     length = sqrt(x * x + y * y + z * z + w * w)
+    if length == 1.0:
+        return unit
     if length == 0.0:
         return _IDENTITY
     if length - length != 0.0:

@@ -124,13 +124,9 @@ def setJointMotorControlArray(
                 jointIndices, controlMode, targetPositions, targetVelocities, forces, positionGains,
                 velocityGains, client.parameters.time_step,
             ):  # fmt: skip
-                if is_machine_code("setJointMotorControlArray") and record.revision == scene.world.revision:
-                    record.motor_commands.flush()
-                    if not scene.world.is_stale and "motors" in scene.world.prepared:
-                        prepared = record.motor_commands.prepared(client.parameters)
-                        scene.world.prepared["motors"][record.number] = prepared
-                else:
-                    scene.pending_commands.add(record.motor_commands)
+                scene.pending_commands.add(record.motor_commands)
+                if is_machine_code("setJointMotorControlArray"):
+                    _prepare(client, record)
                 return
         except TypeError:
             pass  # raised below, with PyBullet's text
@@ -189,6 +185,8 @@ def setJointMotorControlMultiDof(
             maxVelocity,
         )
     ):  # fmt: skip
+        if is_machine_code("setJointMotorControlMultiDof"):
+            _prepare(client, record)
         return
     record = joint_of(client, bodyUniqueId, jointIndex)
     if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL):
@@ -224,6 +222,8 @@ def setJointMotorControlMultiDofArray(
         if record.motor_commands is not None and _drive_all(
             client.scene, record.motor_commands, jointIndices, lists, positionGains, velocityGains
         ):
+            if is_machine_code("setJointMotorControlMultiDofArray"):
+                _prepare(client, record)
             return
     if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL, c.PD_CONTROL, c.STABLE_PD_CONTROL):
         raise failure("Illegal control mode.", f"unknown control mode {controlMode!r}")
@@ -248,6 +248,18 @@ def setJointMotorControlMultiDofArray(
 
 
 # ------------------------------------------------------------------------------------------------- helpers
+
+
+def _prepare(client: Client, record: BodyRecord) -> None:
+    """Apply the pending commands of a body, so that machine code can command its motors."""
+    world, motors = client.scene.world, record.motor_commands
+    if motors is None or record.revision != world.revision:
+        return
+    if motors.pending:
+        motors.flush()
+    known = world.prepared.get("motors")
+    if known is not None and record.number not in known and not world.is_stale:
+        known[record.number] = motors.prepared(client.parameters)
 
 
 def _as_many(values: Sequence[Any] | None, count: int, default: Any) -> list[Any]:

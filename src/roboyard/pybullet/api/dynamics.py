@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from math import nan
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,9 @@ from roboyard.description.model import Inertial
 from roboyard.pybullet.bullet_rules.shape_inertia import shape_moments
 from roboyard.pybullet.face.arguments import check_finite, number, vector3, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import replace_properties
 from roboyard.pybullet.state.body_records import IMMOVABLE_MASS, RIGID_BODY, has_plane
 
 if TYPE_CHECKING:
@@ -223,3 +226,80 @@ def _set_friction(
     record.body.links[link + 1].set_friction(
         sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
     )
+
+
+def _hard_body(client: Client, body: int, link: int) -> BodyRecord | None:
+    """Return the record of a body that is not soft and has this link."""
+    record: BodyRecord | None = client.scene.bodies.get(body)
+    if record is None or not -1 <= link < record.joint_count or record.soft is not None:
+        return None
+    return record
+
+
+def _change_mass(client: Client, body: int, link: int, mass: float) -> None:
+    record = client.scene.bodies.get(body)
+    if record is None or not -1 <= link < record.joint_count:
+        return
+    state = record.links[link + 1]
+    if mass != 0.0 and mass == state.mass and state.is_solid and not (link < 0 and record.model.fixed_base):
+        return
+    if record.soft is None:
+        _set_mass(client.scene, record, link, mass, None)
+    else:
+        changeDynamics(client, body, link, mass=mass)
+
+
+def _change_friction(client: Client, body: int, link: int, lateral: float) -> None:
+    record = client.scene.bodies.get(body)
+    if record is None or not -1 <= link < record.joint_count:
+        return
+    state = record.links[link + 1]
+    if state.friction == lateral:
+        return
+    if record.soft is None:
+        _set_friction(record, link, state, lateral, -1.0, -1.0)
+    else:
+        changeDynamics(client, body, link, lateralFriction=lateral)
+
+
+def _change_spinning_friction(client: Client, body: int, link: int, spinning: float) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None:
+        _set_friction(record, link, record.links[link + 1], -1.0, spinning, -1.0)
+
+
+def _change_rolling_friction(client: Client, body: int, link: int, rolling: float) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None:
+        _set_friction(record, link, record.links[link + 1], -1.0, -1.0, rolling)
+
+
+def _change_linear_damping(client: Client, body: int, link: int, damping: float) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None and record.linear_damping != damping:
+        client.scene.set_damping(record, damping, record.angular_damping)
+
+
+def _change_angular_damping(client: Client, body: int, link: int, damping: float) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None and record.angular_damping != damping:
+        client.scene.set_damping(record, record.linear_damping, damping)
+
+
+def _change_joint_damping(client: Client, body: int, link: int, damping: float) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None and link >= 0:
+        record.body.joints[link].damping = damping
+
+
+CHANGES: Mapping[str, Any] = {
+    "mass": _change_mass,
+    "lateralFriction": _change_friction,
+    "spinningFriction": _change_spinning_friction,
+    "rollingFriction": _change_rolling_friction,
+    "linearDamping": _change_linear_damping,
+    "angularDamping": _change_angular_damping,
+    "jointDamping": _change_joint_damping,
+}
+"""Arguments of changeDynamics that change one property, to what does so where only such ones are given."""
+START.later(partial(replace_properties, "changeDynamics", CHANGES))

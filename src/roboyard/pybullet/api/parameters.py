@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING
 
 from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.engine_parameters import CONTACT_ERP
+from roboyard.pybullet.fast.fast_commands import replace_settings
+from roboyard.pybullet.state.engine_parameters import ATTRIBUTES, CONTACT_ERP, MAX_SUB_STEPS
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.engine_parameters import EngineParameters
 
 _PLAIN = (int, float)
-MAX_SUB_STEPS = 10_000
-"""Largest number of substeps, which one call of stepSimulation executes."""
 
 
 @command()
@@ -140,7 +141,7 @@ def setPhysicsEngineParameter(
         name, value = names[place + 1], given[place]
         if (value if type(value) in _PLAIN else number(value)) < 0:
             continue
-        attribute = _ATTRIBUTES.get(name)
+        attribute = ATTRIBUTES.get(name)
         if name == "numSubSteps" and value > MAX_SUB_STEPS:
             raise failure(
                 "setPhysicsEngineParameter failed.",
@@ -165,20 +166,6 @@ def _time_step(value: float, command_name: str) -> float:
     return seconds
 
 
-_ATTRIBUTES = {
-    "fixedTimeStep": "time_step",
-    "numSolverIterations": "iterations",
-    "numSubSteps": "sub_steps",
-    "contactBreakingThreshold": "contact_breaking_threshold",
-    "enableFileCaching": "file_caching",
-    "restitutionVelocityThreshold": "restitution_velocity_threshold",
-    "enableConeFriction": "cone_friction",
-    "jointFeedbackMode": "feedback_mode",
-    "reportSolverAnalytics": "report_analytics",
-    "numNonContactInnerIterations": "inner_iterations",
-}
-
-
 @command()
 def getPhysicsEngineParameters(client: Client) -> dict[str, float]:
     """Return time step (s), substeps, iterations, the real-time setting and gravity (m/s²)."""
@@ -200,3 +187,10 @@ def setTimeOut(client: Client, timeOutInSeconds: float) -> None:
     """Set how long a remote client waits for an answer (s); a client in this process does not wait."""
     if type(timeOutInSeconds) not in _PLAIN:
         number(timeOutInSeconds)
+
+
+for _name in (
+    *("setGravity", "setTimeStep", "setRealTimeSimulation", "setDefaultContactERP", "setTimeOut"),
+    "setPhysicsEngineParameter",
+):
+    START.later(partial(replace_settings, _name))

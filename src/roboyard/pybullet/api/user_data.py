@@ -44,10 +44,9 @@ def addUserData(
     Raises:
         error: the body does not exist.
     """
-    place = UserDataKey(whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key))
-    record = client.scene.bodies.get(place.body)
-    if record is None:
-        raise failure("Error in addUserData command.", f"there is no body {place.body}")
+    place = whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key)
+    if place[0] not in client.scene.bodies:
+        raise failure("Error in addUserData command.", f"there is no body {bodyUniqueId}")
     return client.user_data.put(place, text(value))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import pi, tan
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,8 @@ from roboyard.pybullet.bullet_rules.single_precision import rounded
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import Vector3, number, vector3, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
+from roboyard.pybullet.fast.fast_commands import replace_settings
 from roboyard.pybullet.state.visualizer_camera import FIELD_OF_VIEW
 
 if TYPE_CHECKING:
@@ -134,3 +136,7 @@ def getMouseEvents(client: Client) -> tuple[tuple[Any, ...], ...]:
         left, 1 middle, 2 right, -1 none) and its KEY_... bits.
     """
     return client.mouse.take()
+
+
+for _name in ("configureDebugVisualizer", "resetDebugVisualizerCamera"):
+    START.later(partial(replace_settings, _name))

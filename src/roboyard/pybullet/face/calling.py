@@ -20,7 +20,16 @@ from itertools import count
 from typing import Any
 
 from roboyard._bytecode import code_of
-from roboyard.pybullet.face.direct_calls import CAN_START, MANY, MOST, REFUSED, START, call_of
+from roboyard.pybullet.face.direct_calls import (
+    CAN_START,
+    DIRECT,
+    MANY,
+    MOST,
+    REFUSED,
+    START,
+    Call,
+    call_of,
+)
 from roboyard.pybullet.face.errors import error, world_failure
 
 MANY_CALLS, MOST_CALLS = 100, 5000
@@ -244,6 +253,37 @@ def counted(function: Any) -> types.FunctionType:
     made = typing.cast(Any, call)
     made.entered = definitions
     return made
+
+
+def kept(function: Any, answer: int) -> types.FunctionType:
+    """Return a free function without arguments whose answer is the same for all clients in this process.
+
+    Args:
+        function: a function of `physicsClientId` alone.
+        answer: what it returns for such clients; the machine code of commands returns it.
+    """
+    if not CAN_START:
+        return typing.cast(types.FunctionType, function)
+
+    def command(_client: Any) -> int:
+        return answer
+
+    call = call_of(command, (), ())._replace(known={}, changed=DIRECT, free=function)
+    made: Any = _with_call(call)
+    made.entered = START
+    return made
+
+
+def _with_call(call: Call) -> Any:
+    """Return a function whose only closure is a call, where the machine code finds it."""
+
+    @functools.wraps(call.free)
+    def free(*args: Any, **kwargs: Any) -> int:
+        if next(START.numbers) in (MANY, MOST):
+            START.enter()
+        return call.free(*args, **kwargs)
+
+    return free
 
 
 def _required(name: str, **given: object) -> None:

@@ -46,6 +46,8 @@ class Call(NamedTuple):
     filled: dict[Any, Any]
     changed: dict[Any, Any]
     """`FILLED` where the command may change kept answers."""
+    free: Any = None
+    """The function of Python where it is no command."""
 
 
 def open_to_machine_code(number: int, client: Any) -> None:

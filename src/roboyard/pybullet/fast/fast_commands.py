@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any
 
@@ -31,11 +32,16 @@ def replace_boxes() -> None:
 
 
 def replace_motors() -> None:
-    """Replace setJointMotorControlArray."""
+    """Replace setJointMotorControlArray and the two forms for joints of any kind."""
     from roboyard.pybullet.fast.fast_entries import MOTORS
 
-    words = "pending", "time_step"
-    _replace("setJointMotorControlArray", MOTORS, "motors", words)
+    forms = "Array", "MultiDofArray", "MultiDof"  # with the numbers that the entry has
+    for form, suffix in enumerate(forms):
+        name = f"setJointMotorControl{suffix}"
+        code, defaults = COMMANDS[name].function.__code__, COMMANDS[name].function.__defaults__ or ()
+        by_name = dict(zip(reversed(code.co_varnames[: code.co_argcount]), reversed(defaults), strict=False))
+        words = "pending", "time_step", form, by_name.get("maxVelocity", -1.0)
+        _replace(name, MOTORS, "motors", words)
 
 
 def replace_dynamics() -> None:
@@ -47,6 +53,38 @@ def replace_dynamics() -> None:
     _replace("calculateMassMatrix", TREE, "masses", (*names, True), one=0)
 
 
+def replace_settings(name: str) -> None:
+    """Replace a command that stores settings."""
+    from roboyard.pybullet.fast.settings_entries import SETTINGS, Settings
+    from roboyard.pybullet.fast.settings_tables import table_of
+
+    function = COMMANDS[name].function
+    code = function.__code__
+    (owner, table, revision), steps = table_of(name, code.co_varnames[1 : code.co_argcount])
+    defaults = function.__defaults__ or ()  # the same objects as given for missing arguments
+    first = len(steps) - len(defaults)
+    steps = tuple(
+        step if place < first else step._replace(default=defaults[place - first])
+        for place, step in enumerate(steps)
+    )
+    replace(name, SETTINGS, Settings(function, owner, table, revision, steps))
+
+
+def replace_properties(name: str, changes: Mapping[str, Callable[..., None]]) -> None:
+    """Replace a command with many optional numbers.
+
+    Args:
+        name: of the command, whose first arguments are the client, a body and a link.
+        changes: argument to a function of these and of its number.
+    """
+    from roboyard.pybullet.fast.property_entries import PROPERTIES, Properties
+
+    function = COMMANDS[name].function
+    names, defaults = function.__code__.co_varnames[3:], function.__defaults__ or ()
+    by_place = tuple(changes.get(argument) for argument in names[: len(defaults)])
+    replace(name, PROPERTIES, Properties(function, by_place, defaults))
+
+
 def is_machine_code(name: str) -> bool:
     """Return whether a command is machine code as a whole."""
     return name in _machine_code
@@ -56,7 +94,7 @@ _machine_code: set[str] = set()
 
 
 def _replace(name: str, front: Front, kind: str, words: tuple[Any, ...], *, one: int = 1) -> None:
-    """Replace a command by stored machine code; without any, compile it after many calls of the command.
+    """Replace a command by machine code that needs what is prepared of a body; see `replace`.
 
     Args:
         name: of the command.
@@ -65,12 +103,22 @@ def _replace(name: str, front: Front, kind: str, words: tuple[Any, ...], *, one:
         words: further objects of the entry's state.
         one: whole number in its state.
     """
+    replace(name, front, (COMMANDS[name].function, PREPARED[kind], None, True, one, *words))
+
+
+def replace(name: str, front: Front, state: tuple[Any, ...]) -> None:
+    """Replace a command by stored machine code; without any, compile it after many calls of the command.
+
+    Args:
+        name: of the command.
+        front: its entry.
+        state: of the entry.
+    """
     function, calls = COMMANDS[name].function, count(1)
 
     def load() -> None:
         address = front.address()
         if address:
-            state = (function, PREPARED[kind], None, True, one, *words)
             START.replace(name, bound_function(name, address, state))
             _machine_code.add(name)
 

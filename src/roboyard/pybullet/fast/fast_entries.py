@@ -126,12 +126,47 @@ BOX = Front(link_box_of, EntrySignature(_BOX))
 """getAABB."""
 
 _MOTORS = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ONE, PENDING, TIME_STEP = range(3, 10)
+COMMAND, PREPARED, NONE, TRUE, ONE, PENDING, TIME_STEP, FORM, UNSET = range(3, 12)
+FLAT, NESTED, SINGLE = range(3)  # lists of numbers, lists of lists of one number, lists of one number
 COMMANDS, PARAMETERS, MOTORS, TARGETS, ROWS, LIMITS, IMPULSES, READ, FORCE = range(3, 12)
 JOINT, POSITION, VELOCITY, LIMIT, KP, KD = range(6)
 
 @part
-def read(given, count, state, body, length, defaults, table, joints):
+def number_in(values, k, is_nested):
+    if not is_nested:
+        return item(values, k)
+    inner = PySequence_GetItem(values, k)
+    if inner == 0:
+        PyErr_Clear()
+        return np.nan
+    found = item(inner, 0) if has_length(inner, 1) else np.nan
+    Py_DecRef(inner)
+    return found
+
+@part
+def read_one(given, count, state, defaults, table, joints):
+    if word(given[2], KIND) != word(word(state, ONE), KIND):
+        return False
+    index = PyLong_AsLongLong(given[2])
+    if index < 0 or index >= joints:
+        return False
+    table[0, JOINT] = index
+    for column in range(1, 6):
+        values = given[column + 3] if column + 3 < count else word(state, NONE)
+        if column < 4:
+            if values != word(state, NONE) and not has_length(values, 1):
+                return False
+            table[0, column] = defaults[column] if values == word(state, NONE) else item(values, 0)
+        elif column + 3 >= count:
+            table[0, column] = defaults[column]
+        else:
+            if word(values, KIND) != word(word(state, UNSET), KIND):
+                return False
+            table[0, column] = PyFloat_AsDouble(values)
+    return True
+
+@part
+def read(given, count, state, body, length, defaults, table, joints, is_nested):
     for k in range(length):
         joint = PySequence_GetItem(given[2], k)
         if joint == 0:
@@ -147,25 +182,35 @@ def read(given, count, state, body, length, defaults, table, joints):
         table[k, JOINT] = index
         for column in range(1, 6):
             values = given[column + 3] if column + 3 < count else word(state, NONE)
-            table[k, column] = defaults[column] if values == word(state, NONE) else item(values, k)
+            if values == word(state, NONE):
+                table[k, column] = defaults[column]
+            else:
+                table[k, column] = number_in(values, k, is_nested and column < 4)
     return True
 
 @part
 def command(state, body, given, count):
     if word(given[3], KIND) != word(word(state, ONE), KIND):
         return False
-    mode, length = PyLong_AsLongLong(given[3]), PySequence_Size(given[2])
-    if length < 0:
-        PyErr_Clear()
+    mode, form, length = PyLong_AsLongLong(given[3]), PyLong_AsLongLong(word(state, FORM)), 1
+    if form != SINGLE:
+        length = PySequence_Size(given[2])
+        if length < 0:
+            PyErr_Clear()
+    if form != FLAT and mode != 2:
+        return False
     table, rows = matrix(word(body, READ)), integers(word(body, ROWS))
     impulses = numbers(word(body, IMPULSES))
     if length < 1 or length > len(table) or (mode != 0 and mode != 2):
         return False
-    for place in range(4, count):
+    for place in range(4, count if form != SINGLE else 4):
         if given[place] != word(state, NONE) and not has_length(given[place], length):
             return False
     defaults = (0.0, 0.0, 0.0, PyFloat_AsDouble(word(body, FORCE)), 0.1, 1.0)
-    if not read(given, count, state, body, length, defaults, table, len(rows)):
+    if form == SINGLE:
+        if not read_one(given, count, state, defaults, table, len(rows)):
+            return False
+    elif not read(given, count, state, body, length, defaults, table, len(rows), form == NESTED):
         return False
     time_step = attribute(word(body, PARAMETERS), word(state, TIME_STEP))
     pending = attribute(word(body, COMMANDS), word(state, PENDING))
@@ -196,7 +241,14 @@ def command(state, body, given, count):
     return True
 
 def entry(state, given, count, keywords):
-    if keywords == 0 and 4 <= count <= 9:
+    fits = keywords == 0 and count >= 4
+    if count > 9:  # a largest velocity, and damping of joints that have one degree of freedom here
+        is_single = PyLong_AsLongLong(word(state, FORM)) == SINGLE
+        fastest = word(state, UNSET if is_single else NONE)
+        fits = fits and count <= (11 if is_single else 10) and given[9] == fastest
+        if count > 10 and fits:
+            fits = word(given[10], KIND) == word(word(state, UNSET), KIND)
+    if fits:
         body = prepared(state, given[0], given[1])
         if body != 0:
             Py_IncRef(body)
@@ -208,7 +260,7 @@ def entry(state, given, count, keywords):
     return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
 """
 MOTORS = Front(write_motor, EntrySignature(_MOTORS))
-"""setJointMotorControlArray, where no motor's largest impulse changes."""
+"""setJointMotorControlArray and its forms for joints of any kind, where no largest impulse changes."""
 
 
 for _front in (PUSH, BOX, MOTORS):

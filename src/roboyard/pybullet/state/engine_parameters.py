@@ -15,6 +15,21 @@ SOLVER = "constraintSolverType"
 """Name of the setting of the solver."""
 DANTZIG = 3
 """Value of it that solves all rows together instead of in rounds."""
+MAX_SUB_STEPS = 10_000
+"""Largest number of substeps, which one call of stepSimulation executes."""
+ATTRIBUTES = {
+    "fixedTimeStep": "time_step",
+    "numSolverIterations": "iterations",
+    "numSubSteps": "sub_steps",
+    "contactBreakingThreshold": "contact_breaking_threshold",
+    "enableFileCaching": "file_caching",
+    "restitutionVelocityThreshold": "restitution_velocity_threshold",
+    "enableConeFriction": "cone_friction",
+    "jointFeedbackMode": "feedback_mode",
+    "reportSolverAnalytics": "report_analytics",
+    "numNonContactInnerIterations": "inner_iterations",
+}
+"""Arguments of setPhysicsEngineParameter that are attributes of the settings; the others are entries."""
 
 
 @dataclass(kw_only=True, slots=True)

@@ -31,11 +31,14 @@ class UserData:
         self._keys: dict[int, UserDataKey] = {}
         self._numbers: dict[UserDataKey, int] = {}
 
-    def put(self, key: UserDataKey, value: str) -> int:
-        """Set an entry and return its id, which stays the same when the value is replaced."""
-        number = self._numbers.get(key)
+    def put(self, place: tuple[int, int, int, str], value: str) -> int:
+        """Set an entry, whose key may be a plain tuple, and return its id.
+
+        The id stays the same when the value is replaced.
+        """
+        number = self._numbers.get(place)  # type: ignore[call-overload]
         if number is None:
-            number = self._ids.take()
+            number, key = self._ids.take(), UserDataKey(*place)
             self._numbers[key] = number
             self._keys[number] = key
         self._values[number] = value.encode()

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from roboyard._lazy import lazy_module
-from roboyard.description.model import Geometry, Mesh
+from roboyard.description.model import RGBA, Geometry, Mesh
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
@@ -69,6 +69,14 @@ class RenderShapes:
             return
         look.shape = replace(look.shape, **fields)
         self._dirty = True
+
+    def recolor(self, body: Body, link_index: int, shape_index: int, rgba: RGBA) -> None:
+        """Replace the colour of a link's render shape, or of all with -1, and of their meshes."""
+        for index, look in enumerate(self.of(body).get(link_index, ())):
+            shape = look.shape
+            if (shape_index < 0 or index == shape_index) and (shape.use_mesh_colors or shape.rgba != rgba):
+                look.shape = replace(shape, rgba=rgba, use_mesh_colors=False)
+                self._dirty = True
 
     def reshape(self, body: Body, geometry: Geometry) -> None:
         """Update a body's shapes of a geometry whose numbers have changed."""

@@ -24,6 +24,8 @@ STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 LARGEST_FORCE = 1e10
 """Largest force of a constraint without a bound (N or N m), where rows are solved in turn."""
 _WELDED = ("weld", "slide")
+_ROWS = {"weld": 6, "slide": 6, "point": 3, "gear": 1}
+"""Number of rows of a constraint in MuJoCo's arrays."""
 CORRECTION = 0.2
 """Share of a bounded constraint's error corrected in a step. It requests a velocity, so that a bound that is
 too low to brake in time cannot make it oscillate."""
@@ -43,6 +45,8 @@ class Constraint:
     site_b: Any = None
     frames: tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike] | None = None
     """Position and orientation in each link, until it is in the spec; None for a gear."""
+    first_row: int = 0
+    """Where its rows were in MuJoCo's arrays when they were last read."""
     max_force: float = np.inf
     """Force bound (N or N m) of each row: three for a point, six for a weld or slide, one for a gear."""
     gear_ratio: float = 0.0
@@ -442,13 +446,19 @@ class Constraints:
 
     def applied_numbers(self, constraint: Constraint) -> list[float]:
         """Return the numbers of `applied`."""
-        data, number = self._world.live_data, constraint.element.id
-        count = data.ne
-        owners = data.efc_id[:count].tolist() if count else ()
-        if number not in owners:
-            return []
-        first = owners.index(number)  # its rows are one after another
-        forces = data.efc_force[first : first + owners.count(number)].tolist()
+        world = self._world
+        data, number, count = world.live_data, constraint.element.id, _ROWS[constraint.kind]
+        owners, first = data.efc_id, constraint.first_row
+        if (
+            first + count > data.ne
+            or owners.item(first) != number
+            or (first and owners.item(first - 1) == number)
+        ):
+            equalities = owners[: data.ne].tolist()
+            if number not in equalities:
+                return []
+            first = constraint.first_row = equalities.index(number)  # its rows are one after another
+        forces: list[float] = data.efc_force[first : first + count].tolist()
         if constraint.kind in _WELDED:
             forces[3:] = [HALF_ANGLE * moment for moment in forces[3:]]
         return forces

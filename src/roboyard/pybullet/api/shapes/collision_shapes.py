@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
 _NOWHERE = (0.0, 0.0, 0.0)
+_ORIGIN = Pose()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -256,6 +257,8 @@ def rotated_terrain_frame(origin: Pose) -> Pose:
 
 
 def _pose(position: Vector, orientation: Vector) -> Pose:
+    if position is _NOWHERE and orientation is _IDENTITY:
+        return _ORIGIN
     q = np.array(quaternion(orientation, FAILED))
     x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
     return Pose(position=vector3(position, FAILED), quaternion=(x, y, z, w))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from posixpath import dirname, join, normpath
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +30,9 @@ from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import floats, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import replace_settings
 from roboyard.pybullet.state.file_search import find_file
 from roboyard.transforms import conjugate, multiply, rotate
 
@@ -228,14 +231,15 @@ def changeVisualShape(
     if record is None or not -1 <= whole(linkIndex) < record.joint_count:
         return
     fields: dict[str, Any] = {}
+    rgba = None
     if rgbaColor is not None and len(rgbaColor) == 4:
-        fields["rgba"] = floats(rgbaColor, 4, "Error resetting visual shape info")
-        fields["use_mesh_colors"] = False
-        record.colors[linkIndex + 1] = fields["rgba"]
+        rgba = record.colors[linkIndex + 1] = quaternion(rgbaColor, "Error resetting visual shape info")
     if specularColor is not None:
         fields["specular"] = sum(vector3(specularColor, "Error resetting visual shape info")) / 3.0
     if whole(textureUniqueId) >= -1:
         fields["texture"] = scene.textures.image(textureUniqueId, scene.world)
+    if rgba is not None and whole(shapeIndex) >= -1:
+        scene.world.render_shapes.recolor(record.body, linkIndex + 1, shapeIndex, rgba)
     if fields:
         _change(client, record, linkIndex, whole(shapeIndex), fields)
 
@@ -377,3 +381,6 @@ def _change(client: Client, record: BodyRecord, link: int, shape: int, fields: d
     for index in range(len(rendered_shapes.of(record.body).get(link + 1, ()))):
         if shape in (-1, index):
             rendered_shapes.change(record.body, link + 1, index, **fields)
+
+
+START.later(partial(replace_settings, "setDebugObjectColor"))

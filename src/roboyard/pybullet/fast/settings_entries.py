@@ -1,0 +1,194 @@
+"""Commands that store settings, as machine code that a table describes; see `fast_entries`.
+
+The table has a `Step` for each parameter. An argument that is the parameter's default object is skipped. All
+others are checked first: plain numbers, or sequences of three, within bounds. Then they are stored. Anything
+irregular goes to the Python function.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from roboyard.native.entry_parts import HAS_LENGTH, ITEM, parts
+from roboyard.native.fronts import Front
+from roboyard.native.signatures import EntrySignature
+
+IGNORED, REFUSED, CHECKED, INTEGER = range(4)
+"""An argument that is not even checked, or never accepted; a number or an integer that is only checked."""
+WHOLE, NUMBER, SHORT, ENTRY = range(4, 8)
+"""An attribute that is an integer, a number or a number rounded to 32 bits; a number in the dictionary."""
+TRIPLE, PLACE, COLOR, SWITCH = range(8, 12)
+"""With the next two an attribute of three numbers; an attribute of three numbers rounded to 32 bits; three
+numbers that are only checked; with the next one key and value of the dictionary, unless it is `most`."""
+REQUIRED = object()
+"""Default of a parameter without one."""
+LARGEST = 3e38
+"""Largest number of 32 bits, and a little less."""
+
+
+class Step(NamedTuple):
+    """Use of an argument; the machine code has the same order."""
+
+    kind: int
+    name: str = ""
+    """Of the attribute, or the key in the dictionary."""
+    default: Any = REQUIRED
+    least: float = -LARGEST
+    most: float = LARGEST
+
+
+class Settings(NamedTuple):
+    """State of a command; the machine code has the same order."""
+
+    command: Any
+    owner: str
+    """Attribute of the client that has the settings."""
+    table: str | None
+    """Attribute of the owner that is the dictionary."""
+    revision: str | None
+    """Attribute of the owner that counts changes."""
+    steps: tuple[Step, ...]
+    none: None = None
+    whole: int = 0
+    number: float = 0.0
+    required: object = REQUIRED
+    listed: list[Any] = []  # noqa: RUF012 - of which the type is read
+
+
+_SOURCE = f"""{parts(ITEM, HAS_LENGTH)}
+KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
+COMMAND, OWNER, TABLE, REVISION, STEPS, NONE, WHOLE, NUMBER, REQUIRED, LISTED = range(3, 13)
+OF_STEP, NAME, DEFAULT, LEAST, MOST = range(3, 8)
+
+@part
+def attribute(owner, name):
+    value = PyObject_GetAttr(owner, name)
+    if value == 0:
+        PyErr_Clear()
+    else:
+        Py_DecRef(value)  # its owner keeps it
+    return value
+
+@part
+def plain(state, value):
+    kind = word(value, KIND)
+    if kind != word(word(state, NUMBER), KIND) and kind != word(word(state, WHOLE), KIND):
+        return np.nan
+    found = PyFloat_AsDouble(value)
+    if found == -1.0 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+        return np.nan
+    return found
+
+@part
+def coordinate(state, values, place):
+    if word(values, KIND) == word(word(state, STEPS), KIND):
+        return plain(state, word(values, ITEMS + place))
+    if word(values, KIND) == word(word(state, LISTED), KIND):
+        return plain(state, word(word(values, ITEMS), place))
+    return item(values, place)
+
+@part
+def is_triple(state, values):
+    kind = word(values, KIND)
+    if kind == word(word(state, STEPS), KIND) or kind == word(word(state, LISTED), KIND):
+        return word(values, SIZE) == 3
+    return has_length(values, 3)
+
+@part
+def accepts(state, step, value, is_last):
+    kind = PyLong_AsLongLong(word(step, OF_STEP))
+    if kind == {IGNORED}:
+        return True
+    if kind == {REFUSED}:
+        return False
+    least, most = PyFloat_AsDouble(word(step, LEAST)), PyFloat_AsDouble(word(step, MOST))
+    if kind == {COLOR} or kind == {PLACE}:
+        if not is_triple(state, value):
+            return False
+        for k in range(3):
+            found = coordinate(state, value, k)
+            if not least <= found <= most:
+                return False
+        return True
+    is_whole = kind == {WHOLE} or kind == {INTEGER} or kind == {SWITCH}
+    if is_whole and word(value, KIND) != word(word(state, WHOLE), KIND):
+        return False
+    found = plain(state, value)
+    if kind == {SWITCH}:
+        return found >= least and found != most and not is_last
+    return least <= found <= most
+
+@part
+def set_triple(owner, name, x, y, z):
+    made = PyTuple_New(3)
+    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
+    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
+    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
+    PyObject_SetAttr(owner, name, made)
+    Py_DecRef(made)
+
+@part
+def short(value):
+    return np.float64(np.float32(value))
+
+@part
+def store(state, step, owner, table, given, place):
+    kind, name, value = PyLong_AsLongLong(word(step, OF_STEP)), word(step, NAME), given[place]
+    if kind == {WHOLE}:
+        PyObject_SetAttr(owner, name, value)
+    elif kind == {NUMBER} or kind == {SHORT}:
+        found = PyFloat_AsDouble(value)
+        made = PyFloat_FromDouble(short(found) if kind == {SHORT} else found)
+        PyObject_SetAttr(owner, name, made)
+        Py_DecRef(made)
+    elif kind == {ENTRY}:
+        PyDict_SetItem(table, name, value)
+    elif kind == {SWITCH}:
+        PyDict_SetItem(table, value, given[place + 1])
+    elif kind == {TRIPLE}:
+        x, y, z = given[place], given[place + 1], given[place + 2]
+        set_triple(owner, name, PyFloat_AsDouble(x), PyFloat_AsDouble(y), PyFloat_AsDouble(z))
+    elif kind == {PLACE}:
+        x, y, z = coordinate(state, value, 0), coordinate(state, value, 1), coordinate(state, value, 2)
+        set_triple(owner, name, short(x), short(y), short(z))
+
+def entry(state, given, count, keywords):
+    steps = word(state, STEPS)
+    fits = keywords == 0 and 1 < count <= word(steps, SIZE) + 1
+    if fits:
+        for place in range(1, word(steps, SIZE) + 1):
+            step = word(steps, ITEMS + place - 1)
+            if place >= count:
+                fits = fits and word(step, DEFAULT) != word(state, REQUIRED)
+            elif given[place] != word(step, DEFAULT):
+                fits = fits and accepts(state, step, given[place], place == count - 1)
+    owner = attribute(given[0], word(state, OWNER)) if fits else 0
+    has_table = word(state, TABLE) != word(state, NONE)
+    table = attribute(owner, word(state, TABLE)) if owner != 0 and has_table else owner
+    if owner == 0 or table == 0:
+        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+    Py_IncRef(owner)
+    Py_IncRef(table)
+    for place in range(1, count):
+        step = word(steps, ITEMS + place - 1)
+        if given[place] != word(step, DEFAULT):
+            store(state, step, owner, table, given, place)
+    if word(state, REVISION) != word(state, NONE):
+        changes = attribute(owner, word(state, REVISION))
+        made = PyLong_FromLongLong(PyLong_AsLongLong(changes) + 1)
+        PyObject_SetAttr(owner, word(state, REVISION), made)
+        Py_DecRef(made)
+    Py_DecRef(table)
+    Py_DecRef(owner)
+    Py_IncRef(word(state, NONE))
+    return word(state, NONE)
+"""
+
+
+def settings_call() -> None:
+    """Do nothing: the machine code is stored beside the code of this file."""
+
+
+SETTINGS = Front(settings_call, EntrySignature(_SOURCE))
+vars(settings_call)["front"] = SETTINGS

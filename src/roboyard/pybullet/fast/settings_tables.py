@@ -1,0 +1,76 @@
+"""Commands that store settings, by name, as tables for their machine code; see `settings_entries`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.fast.settings_entries import (
+    CHECKED,
+    COLOR,
+    ENTRY,
+    IGNORED,
+    INTEGER,
+    LARGEST,
+    NUMBER,
+    PLACE,
+    REFUSED,
+    SHORT,
+    SWITCH,
+    TRIPLE,
+    WHOLE,
+    Step,
+)
+from roboyard.pybullet.state.engine_parameters import (
+    ATTRIBUTES,
+    CONTACT_ERP,
+    MAX_SUB_STEPS,
+    EngineParameters,
+)
+
+Owner = tuple[str, str | None, str | None]
+"""Attribute of the client that has the settings, its dictionary, and its count of changes."""
+_ENGINE = "parameters", "others", "revision"
+_STORED = "parameters", "others", None
+_VIEW = "visualizer", "switches", None
+_CAMERA = "visualizer", None, None
+_TABLES: Mapping[str, tuple[Owner, tuple[Step, ...]]] = {
+    "setGravity": (_ENGINE, (Step(TRIPLE, "gravity"), Step(CHECKED), Step(CHECKED))),
+    "setTimeStep": (_ENGINE, (Step(NUMBER, "time_step"),)),
+    "setDefaultContactERP": (_ENGINE, (Step(ENTRY, CONTACT_ERP),)),
+    "setRealTimeSimulation": (_STORED, (Step(WHOLE, "real_time"),)),
+    "setTimeOut": (_STORED, (Step(CHECKED),)),
+    "setDebugObjectColor": (_STORED, (Step(IGNORED), Step(IGNORED), Step(COLOR))),
+    "configureDebugVisualizer": (
+        _VIEW,
+        (
+            Step(SWITCH, least=0.0, most=float(c.COV_ENABLE_Y_AXIS_UP)),
+            Step(INTEGER),
+            *(Step(REFUSED) for _ in range(6)),
+        ),
+    ),
+    "resetDebugVisualizerCamera": (
+        _CAMERA,
+        (Step(SHORT, "distance"), Step(SHORT, "yaw"), Step(SHORT, "pitch"), Step(PLACE, "target")),
+    ),
+}
+
+
+def table_of(command: str, parameters: Sequence[str]) -> tuple[Owner, tuple[Step, ...]]:
+    """Return where a command stores settings, and the use of its arguments, whose defaults are missing.
+
+    Args:
+        command: its name.
+        parameters: names of its parameters after the client.
+    """
+    if command != "setPhysicsEngineParameter":
+        return _TABLES[command]
+    settings, steps = EngineParameters(), []
+    for name in parameters:  # negative arguments change nothing
+        attribute = ATTRIBUTES.get(name)
+        kind = ENTRY
+        if attribute is not None:
+            kind = WHOLE if isinstance(getattr(settings, attribute), int) else NUMBER
+        most = float(MAX_SUB_STEPS) if name == "numSubSteps" else LARGEST
+        steps.append(Step(kind, attribute or name, least=0.0, most=most))
+    return _ENGINE, tuple(steps)
