@@ -13,6 +13,7 @@ PYTHON: dict[str, Any] = {
     for name, signature in {
         "PyCell_Get": WORD(WORD),
         "PyDict_Clear": types.void(WORD),
+        "PyDict_DelItem": types.int32(WORD, WORD),
         "PyDict_GetItemWithError": WORD(WORD, WORD),
         "PyDict_SetItem": types.int32(WORD, WORD, WORD),
         "PyDict_Size": WORD(WORD),
@@ -44,6 +45,7 @@ PYTHON: dict[str, Any] = {
         "PyTuple_New": WORD(WORD),
         "PyTuple_SetItem": types.int32(WORD, WORD, WORD),
         "PyTuple_Size": WORD(WORD),
+        "PyUnicode_AsUTF8String": WORD(WORD),
         "PyUnicode_GetLength": WORD(WORD),
         "PyUnicode_ReadChar": types.uint32(WORD, WORD),
         "Py_DecRef": types.void(WORD),

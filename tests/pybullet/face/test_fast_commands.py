@@ -20,6 +20,8 @@ from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.entries import FRONT
 from roboyard.pybullet.fast import fast_commands, fast_entries
+from roboyard.pybullet.fast.item_entries import DATA, LINE, REMOVAL
+from roboyard.pybullet.fast.joint_entries import JOINTS
 from roboyard.pybullet.fast.property_entries import PROPERTIES
 from roboyard.pybullet.fast.settings_entries import SETTINGS
 from roboyard.pybullet.fast.tree_entries import TREE
@@ -33,6 +35,7 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture(scope="module", autouse=True)
 def _machine_code() -> None:
     fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS, TREE, SETTINGS, PROPERTIES
+    fronts += DATA, LINE, REMOVAL, JOINTS
     assert all(front.address() for front in fronts)
     direct_calls.START.enter()
     fast_commands.replace_pushes()
@@ -534,6 +537,137 @@ def test_clients_in_this_process_are_connected_and_others_as_before() -> None:
 
 def test_settings_and_dynamics_are_machine_code() -> None:
     names = "setGravity", "resetDebugVisualizerCamera", "setDebugObjectColor", "changeDynamics"
-    for name in (*names, "setJointMotorControlMultiDof", "setJointMotorControlMultiDofArray"):
+    names += "setJointMotorControlMultiDof", "setJointMotorControlMultiDofArray", "addUserData"
+    for name in (*names, "addUserDebugLine", "removeUserDebugItem", "resetJointStatesMultiDof"):
         getattr(p, name)
         assert fast_commands.is_machine_code(name)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        ([2, 3], [[0.1], [0.2]]),
+        (range(2, 4), ([1], (np.float64(0.2),))),
+        (np.array([2, 3]), np.array([[0.1], [0.2]])),
+        ([2, 2], [[0.1], [0.2]]),
+        ([2, 3], [[0.1], [0.2]], None),
+        ([2, 3], [[0.1], [0.2]], [[1], [2]]),
+        ([2.7, 3], [[0.1], [0.2]]),
+        ([0, 3], [[0.1], [0.2]]),
+        ([2, 99], [[0.1], [0.2]]),
+        ([2, -1], [[0.1], [0.2]]),
+        ([2, 3], [[0.1]]),
+        ([2, 3], [[0.1], [0.2, 0.3]]),
+        ([2, 3], [0.1, 0.2]),
+        ([2, 3], [[0.1], "a"]),
+        ([2, 3], [[0.1], [float("nan")]]),
+        ([2] * 40, [[0.1]] * 40),
+        ([], []),
+        (2, [[0.1]]),
+    ],
+)
+def test_joints_that_are_reset_are_those_of_the_python_function(given: tuple[Any, ...]) -> None:
+    outcomes = []
+    for is_python in (False, True):
+        p.connect(p.DIRECT)
+        robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf", [0, 0, 1], [0.1, 0.2, 0.3, 0.9])
+        places = range(p.getNumJoints(robot))
+        for edit in (p.stepSimulation, lambda: p.createMultiBody(1.0), lambda: p.removeBody(1)):
+            edit()
+            for joint in places:
+                p.resetJointState(robot, joint, 0.5, 0.25)
+            for _ in range(2):
+                p.resetJointStatesMultiDof(robot, [4, 5], [[0.3], [0.4]])
+            p.getLinkState(robot, 5, computeForwardKinematics=1)
+            call = p.resetJointStatesMultiDof.__self__ if is_python else p.resetJointStatesMultiDof
+            try:
+                outcomes.append(call(robot, *given))
+            except Exception as problem:
+                outcomes.append((type(problem), str(problem)))
+            outcomes.append(p.getJointStates(robot, places))
+            outcomes += [p.getLinkState(robot, 3, computeForwardKinematics=fresh) for fresh in (0, 1)]
+        p.disconnect()
+    half = len(outcomes) // 2
+    assert repr(outcomes[:half]) == repr(outcomes[half:])
+
+
+def test_lines_are_those_of_the_python_function() -> None:
+    a, b = [0, 0.5, 1], (1.0, 2, 3)
+    calls: list[tuple[tuple[Any, ...], dict[str, Any]]] = [
+        ((a, b), {}),
+        ((a, b, [1, 0, 0.5]), {"lineWidth": 2}),
+        ((a, b), {"replaceItemUniqueId": 0}),
+        ((a, b), {"replaceItemUniqueId": 77}),
+        ((a, b, a, 3.0, 0.0, -1, -1, 1), {}),
+        ((a, b), {"lifeTime": 100.0}),
+        ((a, b), {"parentObjectUniqueId": 0, "parentLinkIndex": 1}),
+        ((a, b), {"parentLinkIndex": "a"}),
+        ((a, b, [1, 0]), {}),
+        ((a, b, None), {}),
+        ((np.array(a), b), {}),
+        ((a, [1, 2, True]), {}),
+        ((a, [1, 2, float("inf")]), {}),
+        ((a, [1, 2]), {}),
+        ((a, [1, 2, "a"]), {}),
+        ((a, b), {"lineWidth": "2"}),
+        ((a, b), {"replaceItemUniqueId": 0.5}),
+        ((a,), {}),
+    ]
+    outcomes = []
+    for is_python in (False, True):
+        p.connect(p.DIRECT)
+        for given, keywords in calls:
+            call = p.addUserDebugLine.__self__ if is_python else p.addUserDebugLine
+            try:
+                outcomes.append(call(*given, **keywords))
+            except Exception as problem:
+                outcomes.append((type(problem), str(problem)))
+        items: Any = CLIENTS[0].debug_items  # type: ignore[union-attr]
+        assert items.has_expiring
+        slider = p.addUserDebugParameter("slider", 0, 1, 0.5)
+        remove = p.removeUserDebugItem.__self__ if is_python else p.removeUserDebugItem
+        for number in (1, 1, 99, slider, "a", 2.0):
+            try:
+                outcomes.append(remove(number))
+            except Exception as problem:
+                outcomes.append((type(problem), str(problem)))
+        outcomes += [items.revision, len(items.parameters)]
+        outcomes += [(n, *line[:5], line.expires is None) for n, line in items.drawings()]
+        p.disconnect()
+    half = len(outcomes) // 2
+    assert outcomes[:half] == outcomes[half:]
+
+
+def test_user_data_are_those_of_the_python_function() -> None:
+    calls: list[tuple[Any, ...]] = [
+        (0, "key", "value"),
+        (0, "key", "other"),
+        (0, "key", "\udc80"),
+        (0, "key", "välue", -1, -1),
+        (0, "key", "link", 1),
+        (0, "key", "link", 1, 0),
+        (0, "key", "again", True),
+        (5, "key", "value"),
+        (1, "key", "second"),
+        (0, "key", b"value"),
+        (0, 1, "value"),
+        (0, "key", "value", 0.5),
+        ("0", "key", "value"),
+    ]
+    outcomes = []
+    for is_python in (False, True):
+        p.connect(p.DIRECT)
+        for _ in range(2):
+            p.loadURDF(f"{getDataPath()}/cube_small.urdf")
+        for _ in range(2):
+            for given in calls:
+                call = p.addUserData.__self__ if is_python else p.addUserData
+                try:
+                    outcomes.append(call(*given))
+                except Exception as problem:
+                    outcomes.append((type(problem), str(problem)))
+                outcomes.append(dict(CLIENTS[0].user_data._values))  # type: ignore[union-attr]
+            p.removeBody(1)
+        p.disconnect()
+    half = len(outcomes) // 2
+    assert outcomes[:half] == outcomes[half:]

@@ -10,14 +10,15 @@ import numpy as np
 
 from roboyard.pybullet.face.arguments import number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.debug_items import Line, Parameter, Points, Text
+from roboyard.pybullet.fast.fast_commands import replace_lines
+from roboyard.pybullet.state.debug_items import WHITE, Line, Parameter, Points, Text
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
 
 Vector = Sequence[float]
-_WHITE = (1.0, 1.0, 1.0)
 MAX_POINTS = 131072
 
 
@@ -26,7 +27,7 @@ def addUserDebugLine(
     client: Client,
     lineFromXYZ: Vector,
     lineToXYZ: Vector,
-    lineColorRGB: Vector = _WHITE,
+    lineColorRGB: Vector = WHITE,
     lineWidth: float = 1.0,
     lifeTime: float = 0.0,
     parentObjectUniqueId: int = -1,
@@ -51,7 +52,7 @@ def addUserDebugLine(
     line = Line(
         vector3(lineFromXYZ, "Error converting lineFrom[3]"),
         vector3(lineToXYZ, "Error converting lineTo[3]"),
-        _WHITE if lineColorRGB is _WHITE else _line_color(lineColorRGB),
+        WHITE if lineColorRGB is WHITE else _line_color(lineColorRGB),
         lineWidth if type(lineWidth) is float else number(lineWidth),
         None if parentObjectUniqueId == -1 else _parent(parentObjectUniqueId, parentLinkIndex),
         None if lifeTime == 0.0 else _end_of(lifeTime),
@@ -64,7 +65,7 @@ def addUserDebugText(
     client: Client,
     text: str,
     textPosition: Vector,
-    textColorRGB: Vector = _WHITE,
+    textColorRGB: Vector = WHITE,
     textSize: float = 1.0,
     lifeTime: float = 0.0,
     textOrientation: Vector | None = None,
@@ -187,5 +188,8 @@ def _line_color(rgb: Vector) -> tuple[float, float, float]:
     try:
         given = tuple(rgb)
     except TypeError:
-        return _WHITE
-    return vector3(given, "") if len(given) == 3 else _WHITE
+        return WHITE
+    return vector3(given, "") if len(given) == 3 else WHITE
+
+
+START.later(replace_lines)

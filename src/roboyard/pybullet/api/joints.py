@@ -6,9 +6,13 @@ from collections.abc import Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from roboyard.pybullet.face.arguments import are_finite, check_finite, indices, number, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_joints
 from roboyard.pybullet.state.joint_groups import NO_REACTION, joint_group
 from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 
@@ -314,7 +318,27 @@ def _reset_all(client: Client, body: int, joints: list[int], values: list[Any]) 
         return False
     group.write(record, numbers)
     client.scene.mark_moved()
+    if is_machine_code("resetJointStatesMultiDof"):
+        _prepare(client, record)
     return True
+
+
+def _prepare(client: Client, record: BodyRecord) -> None:
+    """Let machine code set the joints of a body."""
+    scene = client.scene
+    known, count = scene.world.prepared.get("joints"), record.joint_count
+    if (
+        known is None
+        or record.number in known
+        or scene.world.is_stale
+        or record.revision != scene.world.revision
+    ):
+        return
+    places = [record.position_addresses[k] if record.is_scalar[k] else -1 for k in range(count)]
+    known[record.number] = (
+        *(scene, scene.world, record.qpos, record.qvel, np.array(places, dtype=np.int64)),
+        *(np.array(record.velocity_addresses, dtype=np.int64), np.zeros((count, 2))),
+    )
 
 
 def _reset_many(record: BodyRecord, joint: int, value: Vector, velocity: Vector | None) -> None:
@@ -378,3 +402,6 @@ def _joint_state_error(record: BodyRecord, joint: int) -> Exception:
 def _joint_error(record: BodyRecord, joint: int, message: str) -> Exception:
     whole(joint)
     return failure(message, f"body {record.number} has the joints 0 to {record.joint_count - 1}, not {joint}")
+
+
+START.later(replace_joints)

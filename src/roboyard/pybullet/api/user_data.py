@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 from roboyard.pybullet.face.arguments import text, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import replace_user_data
 from roboyard.pybullet.state.user_data import UserDataKey
 
 if TYPE_CHECKING:
@@ -104,3 +106,6 @@ def removeUserData(client: Client, userDataId: int) -> None:
 @command(aliases={"bodyUniqueIds": "bodyUniqueId"})
 def syncUserData(client: Client, bodyUniqueId: int | Iterable[int] = -1) -> None:
     """Do nothing: a client in this process always has current data."""
+
+
+START.later(replace_user_data)

@@ -44,6 +44,14 @@ def replace_motors() -> None:
         _replace(name, MOTORS, "motors", words)
 
 
+def replace_joints() -> None:
+    """Replace resetJointStatesMultiDof."""
+    from roboyard.pybullet.fast.joint_entries import JOINTS
+
+    words = "is_moved", "_velocity_moved", "frames_are_old"
+    _replace("resetJointStatesMultiDof", JOINTS, "joints", words)
+
+
 def replace_dynamics() -> None:
     """Replace calculateInverseDynamics and calculateMassMatrix."""
     from roboyard.pybullet.fast.tree_entries import TREE
@@ -83,6 +91,23 @@ def replace_properties(name: str, changes: Mapping[str, Callable[..., None]]) ->
     names, defaults = function.__code__.co_varnames[3:], function.__defaults__ or ()
     by_place = tuple(changes.get(argument) for argument in names[: len(defaults)])
     replace(name, PROPERTIES, Properties(function, by_place, defaults))
+
+
+def replace_lines() -> None:
+    """Replace addUserDebugLine and removeUserDebugItem."""
+    from roboyard.pybullet.fast.item_entries import LINE, REMOVAL, LineState, RemovalState
+
+    function = COMMANDS["addUserDebugLine"].function
+    life_time, parent = (function.__defaults__ or ())[2:4]
+    replace("addUserDebugLine", LINE, LineState(function, life_time, parent))
+    replace("removeUserDebugItem", REMOVAL, RemovalState(COMMANDS["removeUserDebugItem"].function))
+
+
+def replace_user_data() -> None:
+    """Replace addUserData."""
+    from roboyard.pybullet.fast.item_entries import DATA, DataState
+
+    replace("addUserData", DATA, DataState(COMMANDS["addUserData"].function))
 
 
 def is_machine_code(name: str) -> bool:

@@ -13,6 +13,7 @@ from roboyard._records import dataclass
 from roboyard.pybullet.state.ids import Counter
 
 Triple = tuple[float, float, float]
+WHITE = (1.0, 1.0, 1.0)
 
 
 class Line(NamedTuple):
@@ -98,7 +99,8 @@ class DebugItems:
     def __init__(self) -> None:
         """Start without items."""
         self._ids = Counter()
-        self._items: dict[int, Item] = {}
+        self._items: dict[int, Item | tuple[Triple, Triple, Triple, float]] = {}
+        """By id; machine code stores the first four fields of lines that have no others."""
         self.parameters: dict[int, Parameter] = {}
         self.revision = 0
 
@@ -136,15 +138,21 @@ class DebugItems:
     @property
     def has_expiring(self) -> bool:
         """Whether any item has a limited life time."""
-        return any(item.expires is not None for item in self._items.values())
+        return any(_expires(item) is not None for item in self._items.values())
 
     def drawings(self) -> Iterator[tuple[int, Item]]:
         """Yield the ids and drawings that have not expired; expired ones are removed."""
         if not self._items:
             return
         now = monotonic()
-        ended = [n for n, item in self._items.items() if item.expires is not None and item.expires <= now]
+        ends = [(n, _expires(item)) for n, item in self._items.items()]
+        ended = [n for n, end in ends if end is not None and end <= now]
         for number in ended:
             del self._items[number]
         self.revision += bool(ended)
-        yield from self._items.items()
+        for number, item in self._items.items():
+            yield number, Line(*item) if type(item) is tuple else item
+
+
+def _expires(item: Item | tuple[Triple, Triple, Triple, float]) -> float | None:
+    return None if type(item) is tuple else item.expires
