@@ -32,8 +32,9 @@ class WorldState:
     """(ngeom, 3) coefficients of friction; None keeps those of the moment."""
     contacts: KeptPoints | None = None
     """Points that pairs keep from step to step, where contacts are rigid."""
-    fits: tuple[int, bytes, bytes] = (-1, b"", b"")
-    """Revision of the world's arrays that it was last found to fit, and bytes of the static poses."""
+    fits: tuple[int, bytes, bytes, bytes] = (-1, b"", b"", b"")
+    """Revision of the world's arrays that it was last found to fit, and bytes of the static poses and of what
+    is active."""
 
 
 def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
@@ -68,20 +69,22 @@ def restore(world: Engine[Body], state: WorldState) -> None:
     """
     import mujoco
 
-    kind, model = _kind(), world.model
-    data = world.live_data
-    if state.fits[0] != world.revision:
-        _check(world, state, mujoco.mj_stateSize(model, kind))
-    mujoco.mj_setState(model, data, state.values, kind)
-    if model.neq and len(state.equalities) == model.neq:
-        data.eq_active[:] = state.equalities
+    kind, kept = _kind(), world.kept_poses
+    if kept is None or world.is_stale or world.pool.is_used or state.fits[0] != world.revision:
+        model = world.model  # inactive bodies are deleted
+        kept = world.kept_poses = model.body_pos, model.body_quat, world.data.eq_active
+        if state.fits[0] != world.revision:
+            _check(world, state, mujoco.mj_stateSize(model, kind))
+    mujoco.mj_setState(world.live_model, world.live_data, state.values, kind)
+    positions, quaternions, active = kept
+    _, known_positions, known_quaternions, known_active = state.fits
+    # bytes are much faster than arrays
+    if len(state.equalities) == len(active) and active.tobytes() != known_active:
+        active[:] = state.equalities
     wrenches = world.wrenches
     wrenches.pushed, wrenches.pending = state.has_forces
     if state.friction is not None:
         _restore_friction(world, state.friction)
-    positions, quaternions = model.body_pos, model.body_quat
-    _, known_positions, known_quaternions = state.fits
-    # bytes are much faster than arrays
     if positions.tobytes() == known_positions and quaternions.tobytes() == known_quaternions:
         world.mark_moved()
         return
@@ -89,8 +92,8 @@ def restore(world: Engine[Body], state: WorldState) -> None:
     for body in world.body_by_id.values():
         if body.is_fixed:
             root = body.built.links[0].element
-            root.pos = model.body_pos[root.id]
-            root.quat = model.body_quat[root.id]
+            root.pos = positions[root.id]
+            root.quat = quaternions[root.id]
     world.mark_fixed_moved()
 
 
@@ -107,7 +110,8 @@ def _check(world: Engine[Body], state: WorldState, size: int) -> None:
             f"the state was saved with other bodies, ids {state.signature} instead of {bodies}; "
             "save again after adding or removing bodies"
         )
-    state.fits = world.revision, positions.tobytes(), quaternions.tobytes()
+    poses = positions.tobytes(), quaternions.tobytes()
+    state.fits = world.revision, *poses, state.equalities.tobytes()
 
 
 @cache

@@ -151,8 +151,8 @@ class DebugItems:
             del self._items[number]
         self.revision += bool(ended)
         for number, item in self._items.items():
-            yield number, Line(*item) if type(item) is tuple else item
+            yield number, item if isinstance(item, Line | _Described) else Line(*item)
 
 
 def _expires(item: Item | tuple[Triple, Triple, Triple, float]) -> float | None:
-    return None if type(item) is tuple else item.expires
+    return item.expires if isinstance(item, Line | _Described) else None

@@ -230,10 +230,10 @@ def changeVisualShape(
     record = scene.bodies.get(whole(objectUniqueId))
     if record is None or not -1 <= whole(linkIndex) < record.joint_count:
         return
-    fields: dict[str, Any] = {}
     rgba = None
     if rgbaColor is not None and len(rgbaColor) == 4:
         rgba = record.colors[linkIndex + 1] = quaternion(rgbaColor, "Error resetting visual shape info")
+    fields: dict[str, Any] = {}
     if specularColor is not None:
         fields["specular"] = sum(vector3(specularColor, "Error resetting visual shape info")) / 3.0
     if whole(textureUniqueId) >= -1:
