@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from sim_robots import arm, pendulum
 
+from roboyard.description.model import Box, Link, Pose, RobotDescription, Visual
 from roboyard.errors import ModelError, RoboyardError, StaleHandleError
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET, PLAIN
@@ -253,3 +254,42 @@ def test_a_robot_stands_among_many_as_it_stands_alone(profile, tmp_path):
         assert world.solver == "newton"
         found.append(robots[0].position[2])
     assert found[1] == pytest.approx(found[0], abs=1e-6)
+
+
+def test_colours_apply_in_the_order_in_which_they_were_given():
+    world = World()
+    description = RobotDescription(
+        name="pair",
+        links=(
+            Link(
+                name="base",
+                visuals=tuple(
+                    Visual(geometry=Box(size=(0.1, 0.1, 0.1)), origin=Pose(position=(x, 0, 0)))
+                    for x in (0, 1)
+                ),
+            ),
+        ),
+    )
+    body, lost = (world.add_description(description, fixed_base=True) for _ in range(2))
+    red, green, blue = ((1.0, 0, 0, 1), (0, 1.0, 0, 1), (0, 0, 1.0, 0.5))
+    shapes = world.render_shapes
+    revision = world.render_scene().revision
+    for given, expected in (
+        (((-1, red),), [red, red]),
+        (((-1, red), (0, blue)), [blue, red]),
+        (((-1, red), (0, blue), (-1, red)), [red, red]),
+        (((0, blue), (1, green), (7, green), (0, green)), [green, green]),
+    ):
+        for place, rgba in given:
+            shapes.recolor(body, 0, place, rgba)
+        shapes.recolor(lost, 0, -1, blue)
+        assert [look.shape.rgba for look in shapes.of(body)[0]] == expected
+        drawn = world.render_scene()
+        assert [shape.rgba for shape in drawn.shapes[:2]] == expected
+        assert drawn.revision > revision
+        revision = drawn.revision
+    shapes.recolor(body, 0, -1, green)
+    assert world.render_scene().revision == revision
+    shapes.recolor(lost, 0, -1, red)
+    world.remove(lost)
+    assert [shape.rgba for shape in world.render_scene().shapes] == [green, green]

@@ -671,3 +671,40 @@ def test_user_data_are_those_of_the_python_function() -> None:
         p.disconnect()
     half = len(outcomes) // 2
     assert outcomes[:half] == outcomes[half:]
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"rgbaColor": [1, 0.5, 0, 1]},
+        {"rgbaColor": (0.1, 0.2, 0.3, 0.4)},
+        {"rgbaColor": np.array([1.0, 0, 0, 1])},
+        {"rgbaColor": [1, 0, 0]},
+        {"rgbaColor": [1, 0, 0, True]},
+        {"rgbaColor": [1, 0, 0, "1"]},
+        {"rgbaColor": [1, 0, 0, 1], "shapeIndex": 0},
+        {"rgbaColor": [1, 0, 0, 1], "specularColor": [1, 1, 1]},
+        {"rgbaColor": [1, 0, 0, 1], "textureUniqueId": -1},
+        {"rgbaColor": None},
+        {"rgbaColor": 4},
+        {},
+    ],
+)
+def test_colours_are_those_of_the_python_function(given: dict[str, Any]) -> None:
+    outcomes = []
+    for is_python in (False, True):
+        p.connect(p.DIRECT)
+        robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf")
+        call = p.changeVisualShape.__self__ if is_python else p.changeVisualShape
+        assert is_python or fast_commands.is_machine_code("changeVisualShape")
+        for body, link in ((robot, -1), (robot, 2), (robot, 99), (robot, -2), (9, 0), (robot, 1.0), ("a", 0)):
+            try:
+                outcomes.append(call(body, link, **given))
+            except Exception as problem:
+                outcomes.append((type(problem), str(problem)))
+        outcomes.append(p.getVisualShapeData(robot))
+        shapes: Any = CLIENTS[0].scene.world.render_scene().shapes  # type: ignore[union-attr]
+        outcomes.append([(shape.rgba, shape.use_mesh_colors) for shape in shapes])
+        p.disconnect()
+    half = len(outcomes) // 2
+    assert outcomes[:half] == outcomes[half:]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from itertools import count
 from typing import Any
 
@@ -78,19 +78,24 @@ def replace_settings(name: str) -> None:
     replace(name, SETTINGS, Settings(function, owner, table, revision, steps))
 
 
-def replace_properties(name: str, changes: Mapping[str, Callable[..., None]]) -> None:
-    """Replace a command with many optional numbers.
+def replace_properties(
+    name: str, changes: Mapping[str, Callable[..., None]], fours: Collection[str] = ()
+) -> None:
+    """Replace a command with many optional arguments.
 
     Args:
         name: of the command, whose first arguments are the client, a body and a link.
-        changes: argument to a function of these and of its number.
+        changes: argument to a function of these and of its number, or numbers.
+        fours: arguments that are four numbers.
     """
     from roboyard.pybullet.fast.property_entries import PROPERTIES, Properties
 
     function = COMMANDS[name].function
     names, defaults = function.__code__.co_varnames[3:], function.__defaults__ or ()
-    by_place = tuple(changes.get(argument) for argument in names[: len(defaults)])
-    replace(name, PROPERTIES, Properties(function, by_place, defaults))
+    names = names[: len(defaults)]
+    by_place = tuple(changes.get(argument) for argument in names)
+    are_four = tuple(argument in fours for argument in names)
+    replace(name, PROPERTIES, Properties(function, by_place, are_four, defaults))
 
 
 def replace_lines() -> None:

@@ -1,7 +1,8 @@
-"""A command with many optional numbers as machine code: it calls a function for each number that is given.
+"""A command with many optional arguments as machine code: it calls a function for each one that is given.
 
-Most calls of such a command give one or two of two dozen arguments. A call with one that is no plain number
-of at least 0, or has no function, goes to the Python function of the command; see `fast_entries`.
+Most calls of such a command give one or two of two dozen arguments. A call with one that is neither a
+plain number of at least 0 nor a list or tuple of four plain numbers, as its function takes, or that has no
+function, goes to the Python function of the command; see `fast_entries`.
 """
 
 from __future__ import annotations
@@ -18,26 +19,56 @@ class Properties(NamedTuple):
 
     command: Callable[..., Any]
     changes: tuple[Callable[..., None] | None, ...]
-    """By argument after the client, the body and the link: a function of these and of the number."""
+    """By argument after the client, the body and the link: a function of these and of the argument."""
+    fours: tuple[bool, ...]
+    """Whether that is four numbers, which the function gets as a tuple of floats."""
     defaults: tuple[Any, ...]
     none: None = None
     whole: int = 0
     number: float = 0.0
+    listed: list[Any] = []  # noqa: RUF012 - of which the type is read
+    true: bool = True
 
 
 _SOURCE = """
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
-COMMAND, CHANGES, DEFAULTS, NONE, WHOLE, NUMBER = range(3, 9)
+COMMAND, CHANGES, FOURS, DEFAULTS, NONE, WHOLE, NUMBER, LISTED, TRUE = range(3, 12)
 FIRST = 3
 
 @part
-def is_plain(state, value):
+def plain(state, value):
     kind = word(value, KIND)
     if kind != word(word(state, NUMBER), KIND) and kind != word(word(state, WHOLE), KIND):
-        return False
+        return np.nan
     found = PyFloat_AsDouble(value)
     if found == -1.0 and PyErr_Occurred() != 0:
         PyErr_Clear()
+        return np.nan
+    return found
+
+@part
+def number_of(state, values, place):
+    is_list = word(values, KIND) == word(word(state, LISTED), KIND)
+    return plain(state, word(word(values, ITEMS), place) if is_list else word(values, ITEMS + place))
+
+@part
+def is_four(state, values):
+    kind = word(values, KIND)
+    if kind != word(word(state, LISTED), KIND) and kind != word(word(state, CHANGES), KIND):
+        return False
+    if word(values, SIZE) != 4:
+        return False
+    total = number_of(state, values, 0) + number_of(state, values, 1)
+    total += number_of(state, values, 2) + number_of(state, values, 3)
+    return total - total == 0.0
+
+@part
+def fits_change(state, at, value):
+    if word(word(state, CHANGES), at) == word(state, NONE):
+        return False
+    if word(word(state, FOURS), at) == word(state, TRUE):
+        return is_four(state, value)
+    found = plain(state, value)
     return found >= 0.0 and found - found == 0.0
 
 @part
@@ -48,7 +79,7 @@ def accepts(state, given, count):
     for place in range(FIRST, count):
         at = ITEMS + place - FIRST
         if given[place] != word(word(state, DEFAULTS), at):
-            if word(word(state, CHANGES), at) == word(state, NONE) or not is_plain(state, given[place]):
+            if not fits_change(state, at, given[place]):
                 return False
     return True
 
@@ -62,8 +93,17 @@ def entry(state, given, count, keywords):
     for place in range(FIRST, count):
         at = ITEMS + place - FIRST
         if given[place] != word(word(state, DEFAULTS), at):
-            passed[FIRST] = given[place]
+            value = given[place]
+            if word(word(state, FOURS), at) == word(state, TRUE):
+                made = PyTuple_New(4)
+                for k in range(4):
+                    PyTuple_SetItem(made, k, PyFloat_FromDouble(number_of(state, value, k)))
+                value = made
+            else:
+                Py_IncRef(value)
+            passed[FIRST] = value
             done = PyObject_Vectorcall(word(word(state, CHANGES), at), passed, FIRST + 1, 0)
+            Py_DecRef(value)
             if done == 0:
                 return 0
             Py_DecRef(done)

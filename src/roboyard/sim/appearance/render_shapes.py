@@ -29,6 +29,8 @@ class RenderShapes:
         self._world = world
         self._by_body: dict[int, dict[int, list[ShapeAppearance]]] = {}
         self._dirty = True
+        self._colors: dict[tuple[int, int, int], tuple[Body, RGBA]] = {}
+        """New colours by body, link and shape (-1: all), in the order in which they apply."""
         self.deforming: dict[int, Callable[[], TriangleMesh]] = {}
         """By body id: the mesh of a soft body as it is now; the same object while it keeps its shape."""
 
@@ -47,6 +49,8 @@ class RenderShapes:
         """Remove the shapes of a body that is removed."""
         self._by_body.pop(body_id, None)
         self.deforming.pop(body_id, None)
+        if self._colors:
+            self._colors = {key: value for key, value in self._colors.items() if key[0] != body_id}
         self._dirty = True
 
     def invalidate(self) -> None:
@@ -55,6 +59,11 @@ class RenderShapes:
 
     def of(self, body: Body) -> dict[int, list[ShapeAppearance]]:
         """Return the shapes of a body by link index."""
+        if self._colors:
+            self._apply_colors()
+        return self._shapes_of(body)
+
+    def _shapes_of(self, body: Body) -> dict[int, list[ShapeAppearance]]:
         if body.id not in self._by_body:
             looks = _gather(body)
             if self._world.profile.keeps_textures:
@@ -71,12 +80,22 @@ class RenderShapes:
         self._dirty = True
 
     def recolor(self, body: Body, link_index: int, shape_index: int, rgba: RGBA) -> None:
-        """Replace the colour of a link's render shape, or of all with -1, and of their meshes."""
-        for index, look in enumerate(self.of(body).get(link_index, ())):
-            shape = look.shape
-            if (shape_index < 0 or index == shape_index) and (shape.use_mesh_colors or shape.rgba != rgba):
-                look.shape = replace(shape, rgba=rgba, use_mesh_colors=False)
-                self._dirty = True
+        """Replace the colour of a link's render shape, or of all with -1, and of their meshes.
+
+        The shapes change when they are next looked at.
+        """
+        key = body.id, link_index, shape_index
+        self._colors.pop(key, None)
+        self._colors[key] = body, rgba
+
+    def _apply_colors(self) -> None:
+        waiting, self._colors = self._colors, {}
+        for (_, link, place), (body, rgba) in waiting.items():
+            for index, look in enumerate(self._shapes_of(body).get(link, ())):
+                shape = look.shape
+                if place in (-1, index) and (shape.use_mesh_colors or shape.rgba != rgba):
+                    look.shape = replace(shape, rgba=rgba, use_mesh_colors=False)
+                    self._dirty = True
 
     def reshape(self, body: Body, geometry: Geometry) -> None:
         """Update a body's shapes of a geometry whose numbers have changed."""
@@ -91,6 +110,7 @@ class RenderShapes:
     def scene(self) -> RenderScene:
         """Return the scene with every shape on its present MuJoCo row."""
         self._world.ensure_compiled()
+        self._apply_colors()
         for body_id, drawn in self.deforming.items():
             look, mesh = self.of(self._world.body_by_id[body_id])[0][0], drawn()
             if look.shape.mesh is not mesh:

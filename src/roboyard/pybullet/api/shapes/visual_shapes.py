@@ -32,7 +32,7 @@ from roboyard.pybullet.face.arguments import floats, quaternion, text, vector3, 
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.fast.fast_commands import replace_settings
+from roboyard.pybullet.fast.fast_commands import replace_properties, replace_settings
 from roboyard.pybullet.state.file_search import find_file
 from roboyard.transforms import conjugate, multiply, rotate
 
@@ -384,3 +384,15 @@ def _change(client: Client, record: BodyRecord, link: int, shape: int, fields: d
 
 
 START.later(partial(replace_settings, "setDebugObjectColor"))
+
+
+def _change_color(client: Client, body: int, link: int, rgba: tuple[float, float, float, float]) -> None:
+    """Change the colour of all shapes of a link."""
+    scene = client.scene
+    record = scene.bodies.get(body)
+    if record is not None and -1 <= link < record.joint_count:
+        record.colors[link + 1] = rgba
+        scene.world.render_shapes.recolor(record.body, link + 1, -1, rgba)
+
+
+START.later(partial(replace_properties, "changeVisualShape", {"rgbaColor": _change_color}, ("rgbaColor",)))
