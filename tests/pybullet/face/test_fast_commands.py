@@ -20,6 +20,7 @@ from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.entries import FRONT
 from roboyard.pybullet.fast import fast_commands, fast_entries
+from roboyard.pybullet.fast.constraint_entries import CONSTRAINT
 from roboyard.pybullet.fast.item_entries import DATA, LINE, REMOVAL
 from roboyard.pybullet.fast.joint_entries import JOINTS
 from roboyard.pybullet.fast.property_entries import PROPERTIES
@@ -35,7 +36,7 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture(scope="module", autouse=True)
 def _machine_code() -> None:
     fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS, TREE, SETTINGS, PROPERTIES
-    fronts += DATA, LINE, REMOVAL, JOINTS
+    fronts += DATA, LINE, REMOVAL, JOINTS, CONSTRAINT
     assert all(front.address() for front in fronts)
     direct_calls.START.enter()
     fast_commands.replace_pushes()
@@ -708,3 +709,90 @@ def test_colours_are_those_of_the_python_function(given: dict[str, Any]) -> None
         p.disconnect()
     half = len(outcomes) // 2
     assert outcomes[:half] == outcomes[half:]
+
+
+def test_efforts_of_constraints_are_those_of_the_python_function(robot: int) -> None:
+    name, zero = "getConstraintState", [0, 0, 0]
+    p.setGravity(0, 0, -9.8)
+    cubes = [p.loadURDF(f"{getDataPath()}/cube_small.urdf", [x, 2, 1]) for x in (0, 1, 2)]
+    kinds = p.JOINT_FIXED, p.JOINT_PRISMATIC, p.JOINT_POINT2POINT
+    made = [
+        p.createConstraint(cube, -1, -1, -1, kind, [0.6, 0.8, 0], [0, 0, 0.02], [cube, 2, 1])
+        for cube, kind in zip(cubes, kinds, strict=True)
+    ]
+    made.append(p.createConstraint(robot, 2, robot, 3, p.JOINT_GEAR, [0, 1, 0], zero, zero))
+    p.changeConstraint(made[-1], gearRatio=-1, maxForce=100)
+    assert [len(p.getConstraintState(k)) for k in made] == [6, 5, 3, 1]
+    assert not any(any(p.getConstraintState(k)) for k in made)
+    state = p.saveState()
+    edits = (
+        lambda: None,
+        lambda: p.restoreState(state),
+        lambda: p.createMultiBody(1.0),
+        lambda: p.removeConstraint(p.createConstraint(cubes[0], -1, -1, -1, p.JOINT_FIXED, zero, zero, zero)),
+        lambda: p.removeConstraint(made[1]),
+        p.performCollisionDetection,
+    )
+    for edit in edits:
+        edit()
+        for steps in (0, 1, 3):
+            for _ in range(steps):
+                p.setJointMotorControl2(robot, 2, p.VELOCITY_CONTROL, targetVelocity=5, force=20)
+                p.stepSimulation()
+            for k in (*made, 99, -1, True, "a"):
+                outcomes = []
+                for call in (functools.partial(python, name), p.getConstraintState, p.getConstraintState):
+                    try:
+                        outcomes.append(call(k))
+                    except Exception as problem:
+                        outcomes.append((type(problem), str(problem)))
+                assert outcomes[0] == outcomes[1] == outcomes[2]
+    assert all(any(p.getConstraintState(k)) for k in (made[0], *made[2:]))
+    assert set(CLIENTS[0].prepared["constraints"]) == {made[0], *made[2:]}  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"jointChildPivot": [1, 2.1, 1]},
+        {"jointChildPivot": (1.0, 2, 1.1), "jointChildFrameOrientation": [0, 0, 1, 3], "maxForce": 20},
+        {"jointChildFrameOrientation": [0, 0, 0, 0]},
+        {"jointChildFrameOrientation": np.array([0, 0.6, 0, 0.8])},
+        {"jointChildFrameOrientation": [1e200, 0, 0, 1]},
+        {"maxForce": 0},
+        {"maxForce": -3},
+        {"maxForce": float("inf")},
+        {"maxForce": "1"},
+        {"jointChildPivot": [1, 2]},
+        {"jointChildPivot": [1, 2, float("nan")], "maxForce": 4},
+        {"gearRatio": 2.0, "maxForce": 5},
+        {"maxForce": 5, "erp": 0.1, "relativePositionTarget": 0.2},
+        {"nothing": 1},
+    ],
+)
+def test_changed_constraints_are_those_of_the_python_function(given: dict[str, Any]) -> None:
+    outcomes = []
+    for is_python in (False, True):
+        p.connect(p.DIRECT)
+        robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf", [0, 0, 1])
+        cubes = [p.loadURDF(f"{getDataPath()}/cube_small.urdf", [x, 2, 1]) for x in (0, 1)]
+        zero = [0, 0, 0]
+        made = [
+            p.createConstraint(cubes[0], -1, -1, -1, p.JOINT_FIXED, zero, zero, [0, 2, 1]),
+            p.createConstraint(cubes[0], -1, cubes[1], -1, p.JOINT_POINT2POINT, zero, zero, [-1, 0, 0]),
+            p.createConstraint(robot, 2, robot, 3, p.JOINT_GEAR, [0, 1, 0], zero, zero),
+        ]
+        call = p.changeConstraint.__self__ if is_python else p.changeConstraint
+        assert is_python or fast_commands.is_machine_code("changeConstraint")
+        for _ in range(2):
+            for constraint in (*made, 99, -1, True, 1.0, "a"):
+                try:
+                    outcomes.append(call(constraint, **given))
+                except Exception as problem:
+                    outcomes.append((type(problem), str(problem)))
+            p.stepSimulation()
+            outcomes += [p.getConstraintInfo(k) for k in made] + [p.getConstraintState(k) for k in made]
+            outcomes += [p.getBasePositionAndOrientation(body) for body in (robot, *cubes)]
+        p.disconnect()
+    half = len(outcomes) // 2
+    assert repr(outcomes[:half]) == repr(outcomes[half:])

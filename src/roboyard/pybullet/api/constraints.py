@@ -2,20 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from roboyard.errors import RoboyardError
+from roboyard.native import Kernel
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.arguments import Quaternion, check_finite, number, quaternion, vector3, whole
+from roboyard.pybullet.face.arguments import (
+    Quaternion,
+    Vector3,
+    check_finite,
+    number,
+    quaternion,
+    vector3,
+    whole,
+)
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import (
+    is_machine_code,
+    replace_constraint_state,
+    replace_properties,
+)
 from roboyard.pybullet.state.constraint_building import build, child_frame, remove
 from roboyard.pybullet.state.constraint_records import ConstraintRecord
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
+    from roboyard.sim.world import World
 
 Vector = Sequence[float]
 _FAILED = "createConstraint failed."
@@ -234,12 +253,32 @@ def getConstraintState(client: Client, constraintUniqueId: int) -> tuple[float, 
     forces = world.constraints.applied_numbers(record.made)
     if not forces:
         return (0.0,) * _ROWS[kind]
+    if is_machine_code("getConstraintState"):
+        _prepare(world, record)
     if kind == c.JOINT_PRISMATIC:
         x, y, _, *turns = forces
         forces = [x, y, turns[2], *turns[:2]]
     if kind == c.JOINT_POINT2POINT:
         return tuple([0.0 - force for force in forces])
     return tuple([force + 0.0 for force in forces])
+
+
+def _prepare(world: World, record: ConstraintRecord) -> None:
+    """Let machine code read the efforts of a constraint."""
+    from roboyard.pybullet.state.constraint_kernels import PLAIN, POINT, SLIDE, constraint_efforts
+    from roboyard.sim.stepping.step_rows import StepRows, layout
+
+    known, made = world.prepared.get("constraints"), record.made
+    if known is None or record.number in known or made is None or layout() is None:
+        return
+    rows = StepRows(world.live_data, world.live_model.nv)
+    rule = {c.JOINT_PRISMATIC: SLIDE, c.JOINT_POINT2POINT: POINT}.get(record.kind, PLAIN)
+    out, loop = np.zeros(_ROWS[record.kind]), constraint_efforts
+    if isinstance(loop, Kernel):
+        loop = loop.load()
+    blocks = rows.rows.ids, rows.rows.force
+    arguments = *rows.search, *blocks, made.element.id, rule, out
+    known[record.number] = loop, arguments, out, rows
 
 
 def _unknown(client: Client, given: int) -> str:
@@ -259,3 +298,46 @@ def _unit(orientation: Vector | None) -> Quaternion:
     if length - length != 0.0:
         check_finite(_FAILED, orientation=(x, y, z, w), length=length)
     return x / length, y / length, z / length, w / length
+
+
+START.later(replace_constraint_state)
+
+
+def _move_child(client: Client, number: int, pivot: Vector3) -> None:
+    scene = client.scene
+    record: ConstraintRecord | None = scene.constraints.get(number)
+    if record is not None and record.made is not None and pivot != record.child_position:
+        record.child_position = pivot
+        if record.kind != c.JOINT_GEAR:
+            scene.world.constraints.set_frame(record.made, "b", child_frame(scene, record)[0])
+
+
+def _turn_child(client: Client, number: int, orientation: Quaternion) -> None:
+    scene = client.scene
+    record: ConstraintRecord | None = scene.constraints.get(number)
+    if record is None or record.made is None or orientation == record.child_orientation:
+        return
+    unit = _unit(orientation)
+    if unit != record.child_orientation:
+        record.child_orientation = unit
+        if record.kind != c.JOINT_GEAR:
+            scene.world.constraints.set_frame(record.made, "b", *child_frame(scene, record))
+
+
+def _bound(client: Client, number: int, force: float) -> None:
+    scene = client.scene
+    record: ConstraintRecord | None = scene.constraints.get(number)
+    if record is None or record.made is None or (record.is_bounded and force == record.max_force):
+        return
+    record.max_force, record.is_bounded = float(force), True
+    scene.world.constraints.set_max_force(record.made, force)
+
+
+CHANGES: Mapping[str, Any] = {
+    "jointChildPivot": _move_child,
+    "jointChildFrameOrientation": _turn_child,
+    "maxForce": _bound,
+}
+"""Arguments of changeConstraint that change one property, to what does so where only such ones are given."""
+_LENGTHS = {"jointChildPivot": 3, "jointChildFrameOrientation": 4}
+START.later(partial(replace_properties, "changeConstraint", CHANGES, _LENGTHS))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any
 
@@ -52,6 +52,13 @@ def replace_joints() -> None:
     _replace("resetJointStatesMultiDof", JOINTS, "joints", words)
 
 
+def replace_constraint_state() -> None:
+    """Replace getConstraintState."""
+    from roboyard.pybullet.fast.constraint_entries import CONSTRAINT
+
+    _replace("getConstraintState", CONSTRAINT, "constraints", ())
+
+
 def replace_dynamics() -> None:
     """Replace calculateInverseDynamics and calculateMassMatrix."""
     from roboyard.pybullet.fast.tree_entries import TREE
@@ -79,23 +86,24 @@ def replace_settings(name: str) -> None:
 
 
 def replace_properties(
-    name: str, changes: Mapping[str, Callable[..., None]], fours: Collection[str] = ()
+    name: str, changes: Mapping[str, Callable[..., None]], lengths: Mapping[str, int] | None = None
 ) -> None:
     """Replace a command with many optional arguments.
 
     Args:
-        name: of the command, whose first arguments are the client, a body and a link.
-        changes: argument to a function of these and of its number, or numbers.
-        fours: arguments that are four numbers.
+        name: of the command, whose other arguments are the client and integers.
+        changes: optional argument to a function of those and of its number, or numbers.
+        lengths: arguments that are several numbers, and how many.
     """
     from roboyard.pybullet.fast.property_entries import PROPERTIES, Properties
 
     function = COMMANDS[name].function
-    names, defaults = function.__code__.co_varnames[3:], function.__defaults__ or ()
-    names = names[: len(defaults)]
+    code, defaults = function.__code__, function.__defaults__ or ()
+    first = code.co_argcount - len(defaults)
+    names = code.co_varnames[first : code.co_argcount]
     by_place = tuple(changes.get(argument) for argument in names)
-    are_four = tuple(argument in fours for argument in names)
-    replace(name, PROPERTIES, Properties(function, by_place, are_four, defaults))
+    sizes = tuple((lengths or {}).get(argument, 0) for argument in names)
+    replace(name, PROPERTIES, Properties(function, by_place, sizes, defaults, first))
 
 
 def replace_lines() -> None:
@@ -103,8 +111,8 @@ def replace_lines() -> None:
     from roboyard.pybullet.fast.item_entries import LINE, REMOVAL, LineState, RemovalState
 
     function = COMMANDS["addUserDebugLine"].function
-    life_time, parent = (function.__defaults__ or ())[2:4]
-    replace("addUserDebugLine", LINE, LineState(function, life_time, parent))
+    defaults: Any = function.__defaults__
+    replace("addUserDebugLine", LINE, LineState(function, *defaults[2:4]))
     replace("removeUserDebugItem", REMOVAL, RemovalState(COMMANDS["removeUserDebugItem"].function))
 
 

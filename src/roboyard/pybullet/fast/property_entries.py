@@ -1,7 +1,7 @@
 """A command with many optional arguments as machine code: it calls a function for each one that is given.
 
 Most calls of such a command give one or two of two dozen arguments. A call with one that is neither a
-plain number of at least 0 nor a list or tuple of four plain numbers, as its function takes, or that has no
+plain number of at least 0 nor a list or tuple of plain numbers, as its function takes, or that has no
 function, goes to the Python function of the command; see `fast_entries`.
 """
 
@@ -19,21 +19,21 @@ class Properties(NamedTuple):
 
     command: Callable[..., Any]
     changes: tuple[Callable[..., None] | None, ...]
-    """By argument after the client, the body and the link: a function of these and of the argument."""
-    fours: tuple[bool, ...]
-    """Whether that is four numbers, which the function gets as a tuple of floats."""
+    """By optional argument: a function of the client, the first arguments and this one."""
+    lengths: tuple[int, ...]
+    """0 where that is a number; else of its numbers, which the function gets as a tuple of floats."""
     defaults: tuple[Any, ...]
+    first: int
+    """Number of the first arguments, which are integers, with the client."""
     none: None = None
     whole: int = 0
     number: float = 0.0
     listed: list[Any] = []  # noqa: RUF012 - of which the type is read
-    true: bool = True
 
 
 _SOURCE = """
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
-COMMAND, CHANGES, FOURS, DEFAULTS, NONE, WHOLE, NUMBER, LISTED, TRUE = range(3, 12)
-FIRST = 3
+COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, NONE, WHOLE, NUMBER, LISTED = range(3, 12)
 
 @part
 def plain(state, value):
@@ -52,57 +52,62 @@ def number_of(state, values, place):
     return plain(state, word(word(values, ITEMS), place) if is_list else word(values, ITEMS + place))
 
 @part
-def is_four(state, values):
+def has_numbers(state, values, length):
     kind = word(values, KIND)
     if kind != word(word(state, LISTED), KIND) and kind != word(word(state, CHANGES), KIND):
         return False
-    if word(values, SIZE) != 4:
+    if word(values, SIZE) != length:
         return False
-    total = number_of(state, values, 0) + number_of(state, values, 1)
-    total += number_of(state, values, 2) + number_of(state, values, 3)
+    total = 0.0
+    for place in range(length):
+        found = number_of(state, values, place)
+        total += found * found
     return total - total == 0.0
 
 @part
 def fits_change(state, at, value):
     if word(word(state, CHANGES), at) == word(state, NONE):
         return False
-    if word(word(state, FOURS), at) == word(state, TRUE):
-        return is_four(state, value)
+    length = PyLong_AsLongLong(word(word(state, LENGTHS), at))
+    if length > 0:
+        return has_numbers(state, value, length)
     found = plain(state, value)
     return found >= 0.0 and found - found == 0.0
 
 @part
-def accepts(state, given, count):
-    whole = word(word(state, WHOLE), KIND)
-    if word(given[1], KIND) != whole or word(given[2], KIND) != whole:
-        return False
-    for place in range(FIRST, count):
-        at = ITEMS + place - FIRST
+def accepts(state, given, count, first):
+    for place in range(1, first):
+        if word(given[place], KIND) != word(word(state, WHOLE), KIND):
+            return False
+    for place in range(first, count):
+        at = ITEMS + place - first
         if given[place] != word(word(state, DEFAULTS), at):
             if not fits_change(state, at, given[place]):
                 return False
     return True
 
 def entry(state, given, count, keywords):
-    fits = keywords == 0 and FIRST < count <= FIRST + word(word(state, CHANGES), SIZE)
-    if not fits or not accepts(state, given, count):
+    first = PyLong_AsLongLong(word(state, FIRST))
+    fits = keywords == 0 and first < count <= first + word(word(state, CHANGES), SIZE)
+    if not fits or not accepts(state, given, count, first):
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
     passed = words()
-    for place in range(FIRST):
+    for place in range(first):
         passed[place] = given[place]
-    for place in range(FIRST, count):
-        at = ITEMS + place - FIRST
+    for place in range(first, count):
+        at = ITEMS + place - first
         if given[place] != word(word(state, DEFAULTS), at):
             value = given[place]
-            if word(word(state, FOURS), at) == word(state, TRUE):
-                made = PyTuple_New(4)
-                for k in range(4):
+            length = PyLong_AsLongLong(word(word(state, LENGTHS), at))
+            if length > 0:
+                made = PyTuple_New(length)
+                for k in range(length):
                     PyTuple_SetItem(made, k, PyFloat_FromDouble(number_of(state, value, k)))
                 value = made
             else:
                 Py_IncRef(value)
-            passed[FIRST] = value
-            done = PyObject_Vectorcall(word(word(state, CHANGES), at), passed, FIRST + 1, 0)
+            passed[first] = value
+            done = PyObject_Vectorcall(word(word(state, CHANGES), at), passed, first + 1, 0)
             Py_DecRef(value)
             if done == 0:
                 return 0

@@ -395,4 +395,4 @@ def _change_color(client: Client, body: int, link: int, rgba: tuple[float, float
         scene.world.render_shapes.recolor(record.body, link + 1, -1, rgba)
 
 
-START.later(partial(replace_properties, "changeVisualShape", {"rgbaColor": _change_color}, ("rgbaColor",)))
+START.later(partial(replace_properties, "changeVisualShape", {"rgbaColor": _change_color}, {"rgbaColor": 4}))
