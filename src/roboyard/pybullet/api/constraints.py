@@ -265,7 +265,7 @@ def getConstraintState(client: Client, constraintUniqueId: int) -> tuple[float, 
 
 def _prepare(world: World, record: ConstraintRecord) -> None:
     """Let machine code read the efforts of a constraint."""
-    from roboyard.pybullet.state.constraint_kernels import PLAIN, POINT, SLIDE, constraint_efforts
+    from roboyard.pybullet.bullet_rules.constraint_kernels import PLAIN, POINT, SLIDE, constraint_efforts
     from roboyard.sim.stepping.step_rows import StepRows, layout
 
     known, made = world.prepared.get("constraints"), record.made
