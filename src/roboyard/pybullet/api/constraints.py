@@ -17,8 +17,8 @@ from roboyard.pybullet.face.arguments import (
     Vector3,
     check_finite,
     number,
-    quaternion,
-    vector3,
+    quaternion_or,
+    vector3_or,
     whole,
 )
 from roboyard.pybullet.face.commands import command
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 _FAILED = "createConstraint failed."
+_ZERO = (0.0, 0.0, 0.0)
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
 _UNSET_FORCE = -1.0
 _NO_RATIO, _NO_LINK, _NO_TARGET = 0.0, -1, 1e32
@@ -82,10 +83,10 @@ def createConstraint(
         parent=(whole(parentBodyUniqueId), whole(parentLinkIndex)),
         child=(whole(childBodyUniqueId), whole(childLinkIndex)),
         kind=whole(jointType),
-        axis=vector3(jointAxis, _FAILED),
-        parent_position=vector3(parentFramePosition, _FAILED),
+        axis=vector3_or(jointAxis, _ZERO),
+        parent_position=vector3_or(parentFramePosition, _ZERO),
         parent_orientation=_unit(parentFrameOrientation),
-        child_position=vector3(childFramePosition, _FAILED),
+        child_position=vector3_or(childFramePosition, _ZERO),
         child_orientation=_unit(childFrameOrientation),
     )
     check_finite(
@@ -137,13 +138,13 @@ def changeConstraint(
         return
     old_position, old_orientation = record.child_position, record.child_orientation
     if jointChildPivot is not None:
-        x, y, z = pivot = vector3(jointChildPivot, "changeConstraint failed.")
+        x, y, z = pivot = vector3_or(jointChildPivot, old_position)
         total = x + y + z
         if total - total != 0.0:
             check_finite("changeConstraint failed.", jointChildPivot=pivot)
         record.child_position = pivot
     if jointChildFrameOrientation is not None:
-        record.child_orientation = _unit(jointChildFrameOrientation)
+        record.child_orientation = _unit(jointChildFrameOrientation, old_orientation)
     if (
         maxForce is not _UNSET_FORCE
         and number(maxForce) >= 0.0
@@ -286,10 +287,8 @@ def _unknown(client: Client, given: int) -> str:
     return f"there is no constraint {given}; constraints: {there}"
 
 
-def _unit(orientation: Vector | None) -> Quaternion:
-    if orientation is None:
-        return _IDENTITY
-    x, y, z, w = unit = quaternion(orientation, _FAILED)
+def _unit(orientation: Vector | None, default: Quaternion = _IDENTITY) -> Quaternion:
+    x, y, z, w = unit = quaternion_or(orientation, default)
     length = sqrt(x * x + y * y + z * z + w * w)
     if length == 1.0:
         return unit

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.description.mass_properties import link_masses, trace_mass
 from roboyard.description.model import Inertial
 from roboyard.pybullet.bullet_rules.shape_inertia import shape_moments
-from roboyard.pybullet.face.arguments import check_finite, number, vector3, whole
+from roboyard.pybullet.face.arguments import check_finite, number, vector3_or, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
@@ -139,9 +139,7 @@ def changeDynamics(
             record.soft.set_mass(mass)
         return
     if mass >= 0 or localInertiaDiagonal is not None:
-        moments = (
-            None if localInertiaDiagonal is None else vector3(localInertiaDiagonal, "localInertiaDiagonal")
-        )
+        moments = None if localInertiaDiagonal is None else vector3_or(localInertiaDiagonal, (0.0, 0.0, 0.0))
         _set_mass(scene, record, linkIndex, mass if mass >= 0 else state.mass, moments)
     if lateralFriction >= 0 or spinningFriction >= 0 or rollingFriction >= 0:
         _set_friction(record, linkIndex, state, lateralFriction, spinningFriction, rollingFriction)

@@ -11,7 +11,7 @@ import numpy as np
 import roboyard.pybullet.bullet_rules.ray_kernels as kernels
 from roboyard.pybullet.bullet_rules.ray_starts import MOST_GRAZING
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.arguments import number, vector3, whole
+from roboyard.pybullet.face.arguments import number, vector3, vector3_or, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
@@ -45,11 +45,10 @@ def rayTest(
 ) -> tuple[Hit, ...]:
     """Return the first hit (or the one of reportHitNumber) between two points (m); see rayTestBatch.
 
-    Raises:
-        error: a point does not have three numbers.
+    A point without three numbers is the origin, as in PyBullet.
     """
-    start = vector3(rayFromPosition, "Error in rayTest: rayFromPosition")
-    end = vector3(rayToPosition, "Error in rayTest: rayToPosition")
+    start = vector3_or(rayFromPosition, _NOTHING)
+    end = vector3_or(rayToPosition, _NOTHING)
     scene = client.scene
     if not scene.bodies:
         return (_MISS,)

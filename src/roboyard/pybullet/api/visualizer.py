@@ -13,7 +13,7 @@ from roboyard.pybullet.api.math.camera_matrices import (
 )
 from roboyard.pybullet.bullet_rules.single_precision import rounded
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.arguments import Vector3, number, vector3, whole
+from roboyard.pybullet.face.arguments import Vector3, number, vector3, vector3_or, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.fast.fast_commands import replace_settings
@@ -76,7 +76,7 @@ def resetDebugVisualizerCamera(
     """
     camera = client.visualizer
     camera.distance, camera.yaw, camera.pitch = rounded(cameraDistance, cameraYaw, cameraPitch)
-    target = vector3(cameraTargetPosition, "Cannot convert cameraTargetPosition.")
+    target = vector3_or(cameraTargetPosition, camera.target)
     x, y, z = rounded(*target)
     camera.target = (x, y, z)
 
@@ -113,7 +113,7 @@ def configureDebugVisualizer(
     if shadowMapIntensity != -1.0 and number(shadowMapIntensity) >= 0:
         camera.settings["shadowMapIntensity"] = shadowMapIntensity
     if lightPosition is not None:
-        camera.settings["lightPosition"] = vector3(lightPosition, "Error converting lightPosition[3]")
+        camera.settings["lightPosition"] = vector3_or(lightPosition, (0.0, 0.0, 0.0))
     if rgbBackground is not None:
         camera.settings["rgbBackground"] = vector3(rgbBackground, "Error converting rgbBackground[3]")
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from roboyard._records import dataclass, replace
-from roboyard.pybullet.face.arguments import number, vector3, whole
+from roboyard.pybullet.face.arguments import number, vector3_or, whole
 
 if TYPE_CHECKING:
     from roboyard.description.model import RGBA
@@ -37,21 +37,18 @@ class PictureLight:
         shadow: int,
         coefficients: tuple[float, float, float],
     ) -> None:
-        """Set the arguments that were given (neither None nor negative).
+        """Set the arguments that were given (neither None nor negative, nor of another length than three).
 
         Args:
             direction: from the scene towards the light.
             color: red, green, blue (0 to 1).
             shadow: 1 draws shadows, 0 does not, negative keeps the setting.
             coefficients: ambient, diffuse, specular (0 to 1).
-
-        Raises:
-            error: a vector does not have three numbers.
         """
         if direction is not None:
-            self.direction = vector3(direction, "Error parsing lightDirection")
+            self.direction = vector3_or(direction, self.direction)
         if color is not None:
-            self.color = vector3(color, "Error parsing lightColor")
+            self.color = vector3_or(color, self.color)
         if whole(shadow) >= 0:
             self.shadow = shadow > 0
         ambient, diffuse, specular = (number(value) for value in coefficients)

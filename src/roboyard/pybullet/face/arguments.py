@@ -79,6 +79,31 @@ def quaternion(values: Iterable[float], message: str) -> Quaternion:
     return x, y, z, w
 
 
+def vector3_or(values: Any, default: Vector3) -> Vector3:
+    """Return three numbers as floats; the default for None, another length or no sequence, as PyBullet does.
+
+    Raises:
+        TypeError: an element is not a number.
+    """
+    return vector3(values, "") if _has_length(values, 3) else default
+
+
+def quaternion_or(values: Any, default: Quaternion) -> Quaternion:
+    """Return four numbers as floats; the default for None, another length or no sequence, as PyBullet does.
+
+    Raises:
+        TypeError: an element is not a number.
+    """
+    return quaternion(values, "") if _has_length(values, 4) else default
+
+
+def _has_length(values: Any, length: int) -> bool:
+    try:
+        return len(values) == length
+    except TypeError:
+        return False
+
+
 def check_finite(message: str, **given: float | Iterable[float]) -> None:
     """Refuse numbers and vectors that are not finite, by name.
 

@@ -150,7 +150,6 @@ def test_errors_are_pybullets(agrees: Any) -> None:
         ({"shapeType": p.GEOM_CYLINDER, "radius": -1.0}, "radius must be positive, got -1.0"),
         ({"shapeType": p.GEOM_CYLINDER, "height": 0.0}, "height must be positive, got 0.0"),
         ({"shapeType": p.GEOM_BOX}, "a box needs halfExtents"),
-        ({"shapeType": p.GEOM_BOX, "halfExtents": [1, 2]}, "expected 3 numbers, got 2"),
         ({"shapeType": 77}, "shape type 77 is unknown"),
         ({"shapeType": p.GEOM_MESH}, "give fileName or vertices"),
     ],

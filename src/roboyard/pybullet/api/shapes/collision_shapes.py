@@ -23,7 +23,7 @@ from roboyard.description.model import (
 )
 from roboyard.pybullet.api.shapes.terrain import FAILED, heightfield, points_of, replace_heights
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.arguments import number, quaternion, text, vector3, whole
+from roboyard.pybullet.face.arguments import number, quaternion_or, text, vector3_or, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
@@ -36,6 +36,8 @@ Vector = Sequence[float]
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
 _NOWHERE = (0.0, 0.0, 0.0)
 _ORIGIN = Pose()
+_UNIT = (1.0, 1.0, 1.0)
+_UP = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -212,7 +214,7 @@ def plain_geometry(
     if kind == c.GEOM_BOX:
         if half_extents is None:
             raise failure(message, "a box needs halfExtents, got None")
-        x, y, z = vector3(half_extents, message)
+        x, y, z = vector3_or(half_extents, _UNIT)
         return Box(size=(2 * x, 2 * y, 2 * z))
     if kind == c.GEOM_CAPSULE:
         return Capsule(radius=_positive(radius, "radius", message), length=number(length))
@@ -221,9 +223,9 @@ def plain_geometry(
             radius=_positive(radius, "radius", message), length=_positive(length, "height", message)
         )
     if kind == c.GEOM_PLANE:
-        return Plane(normal=vector3(normal, message))
+        return Plane(normal=vector3_or(normal, _UP))
     if kind == c.GEOM_MESH:
-        return _mesh(client, file_name, vector3(mesh_scale, message), vertices, indices, message)
+        return _mesh(client, file_name, vector3_or(mesh_scale, _UNIT), vertices, indices, message)
     raise failure(message, f"shape type {kind} is unknown; use GEOM_SPHERE, GEOM_BOX, GEOM_MESH, ...")
 
 
@@ -259,9 +261,9 @@ def rotated_terrain_frame(origin: Pose) -> Pose:
 def _pose(position: Vector, orientation: Vector) -> Pose:
     if position is _NOWHERE and orientation is _IDENTITY:
         return _ORIGIN
-    q = np.array(quaternion(orientation, FAILED))
+    q = np.array(quaternion_or(orientation, _IDENTITY))
     x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
-    return Pose(position=vector3(position, FAILED), quaternion=(x, y, z, w))
+    return Pose(position=vector3_or(position, _NOWHERE), quaternion=(x, y, z, w))
 
 
 def _positive(value: float, name: str, message: str) -> float:

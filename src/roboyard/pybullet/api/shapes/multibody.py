@@ -32,7 +32,9 @@ from roboyard.pybullet.face.arguments import (
     check_finite,
     number,
     quaternion,
+    quaternion_or,
     vector3,
+    vector3_or,
     whole,
 )
 from roboyard.pybullet.face.commands import command
@@ -107,8 +109,10 @@ def createMultiBody(
         flags: flags of loadURDF, as far as they apply.
         batchPositions: (k, 3) positions (m); creates a body at each and returns a tuple of ids.
 
+    Vectors of the base that have another length are ignored, as in PyBullet.
+
     Raises:
-        error: the lists have different lengths, a vector has the wrong length, or a link's parents do not
+        error: the lists have different lengths, a link's vector has the wrong length, or a link's parents do not
             lead to the base; with URDF_MAINTAIN_LINK_ORDER, a link comes before its parent.
     """
     lists = (
@@ -121,7 +125,10 @@ def createMultiBody(
             "All link arrays need to be same size.", f"got lists of {[len(values) for values in lists]} items"
         )
     scene = client.scene
-    frame = _pose(baseInertialFramePosition, baseInertialFrameOrientation)
+    frame = _unit_pose(
+        vector3_or(baseInertialFramePosition, _NOWHERE),
+        quaternion_or(baseInertialFrameOrientation, _IDENTITY),
+    )
     base = _link(scene, "link0", number(baseMass), baseCollisionShapeIndex, baseVisualShapeIndex, frame)
     parents = [whole(parent) for parent in linkParentIndices]
     keeps_order = bool(whole(flags) & c.URDF_MAINTAIN_LINK_ORDER)
@@ -131,7 +138,7 @@ def createMultiBody(
         links.append(_jointed_link(scene, given, places, *rows[given - 1]))
         places[given] = len(places) - 1
     model = _model(links)
-    place = vector3(basePosition, _FAILED), quaternion(baseOrientation, _FAILED)
+    place = vector3_or(basePosition, _NOWHERE), quaternion_or(baseOrientation, _IDENTITY)
     rigid = bool(whole(useMaximalCoordinates))
     places = [place[0]] if batchPositions is None or not len(batchPositions) else batchPositions
     ids = []

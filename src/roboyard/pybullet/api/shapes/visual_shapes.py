@@ -28,7 +28,7 @@ from roboyard.description.model import (
 from roboyard.pybullet.api.shapes.collision_shapes import QUARTER_TURN, at, plain_geometry
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.arguments import floats, quaternion, text, vector3, whole
+from roboyard.pybullet.face.arguments import floats, quaternion_or, text, vector3, vector3_or, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
@@ -232,10 +232,10 @@ def changeVisualShape(
         return
     rgba = None
     if rgbaColor is not None and len(rgbaColor) == 4:
-        rgba = record.colors[linkIndex + 1] = quaternion(rgbaColor, "Error resetting visual shape info")
+        rgba = record.colors[linkIndex + 1] = floats(rgbaColor, 4, "Error resetting visual shape info")
     fields: dict[str, Any] = {}
-    if specularColor is not None:
-        fields["specular"] = sum(vector3(specularColor, "Error resetting visual shape info")) / 3.0
+    if specularColor is not None and vector3_or(specularColor, _NOWHERE) is not _NOWHERE:
+        fields["specular"] = sum(vector3(specularColor, "")) / 3.0
     if whole(textureUniqueId) >= -1:
         fields["texture"] = scene.textures.image(textureUniqueId, scene.world)
     if rgba is not None and whole(shapeIndex) >= -1:
@@ -345,7 +345,7 @@ def _visual(
     normals: Sequence[Vector] | None = None, uvs: Sequence[Vector] | None = None, *,
     message: str = _FAILED,
 ) -> Visual | None:  # fmt: skip
-    r, g, b, a = floats(rgba, 4, message)
+    r, g, b, a = quaternion_or(rgba, _WHITE)
     if (
         kind == c.GEOM_MESH
         and vertices is None
@@ -360,11 +360,11 @@ def _visual(
 
         assert vertices is not None
         geometry = replace(geometry, data=mesh_of(vertices, indices, normals, uvs))
-    q = np.array(quaternion(orientation, message))
+    q = np.array(quaternion_or(orientation, _IDENTITY))
     x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
     return Visual(
         geometry=geometry,
-        origin=Pose(position=vector3(position, message), quaternion=(x, y, z, w)),
+        origin=Pose(position=vector3_or(position, _NOWHERE), quaternion=(x, y, z, w)),
         material=Material(rgba=(r, g, b, a)),
     )
 
