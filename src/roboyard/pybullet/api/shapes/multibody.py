@@ -112,8 +112,8 @@ def createMultiBody(
     Vectors of the base that have another length are ignored, as in PyBullet.
 
     Raises:
-        error: the lists have different lengths, a link's vector has the wrong length, or a link's parents do not
-            lead to the base; with URDF_MAINTAIN_LINK_ORDER, a link comes before its parent.
+        error: the lists have different lengths, a link's vector has the wrong length, or a link's parents do
+            not lead to the base; with URDF_MAINTAIN_LINK_ORDER, a link comes before its parent.
     """
     lists = (
         linkMasses, linkCollisionShapeIndices, linkVisualShapeIndices, linkPositions, linkOrientations,
