@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Generic, TypeVar
 
 import mujoco
@@ -70,6 +70,8 @@ class Engine(Generic[BodyT]):
         """Whether the spec was edited since the last compile."""
         self.edits = 0
         """Number of edits of the spec so far."""
+        self.before_edit: Callable[[], None] | None = None
+        """Called before rows of MuJoCo's arrays change, while these still hold the last step."""
         self.is_moved = True
         """Whether positions were written since body frames were computed."""
         self._velocity_moved = True
@@ -187,6 +189,8 @@ class Engine(Generic[BodyT]):
 
     def mark_stale(self) -> None:
         """Note an edit of the spec: compile before the next use."""
+        if self.before_edit is not None and not self.is_stale:
+            self.before_edit()
         self.is_stale = True
         self.edits += 1
         self.drop_prepared()

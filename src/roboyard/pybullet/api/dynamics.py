@@ -139,7 +139,7 @@ def changeDynamics(
             record.soft.set_mass(mass)
         return
     if mass >= 0 or localInertiaDiagonal is not None:
-        moments = None if localInertiaDiagonal is None else vector3_or(localInertiaDiagonal, (0.0, 0.0, 0.0))
+        moments = None if localInertiaDiagonal is None else vector3_or(localInertiaDiagonal, state.moments)
         _set_mass(scene, record, linkIndex, mass if mass >= 0 else state.mass, moments)
     if lateralFriction >= 0 or spinningFriction >= 0 or rollingFriction >= 0:
         _set_friction(record, linkIndex, state, lateralFriction, spinningFriction, rollingFriction)

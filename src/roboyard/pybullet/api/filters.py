@@ -25,9 +25,10 @@ def setCollisionFilterPair(
     a = scene.link(whole(bodyUniqueIdA), whole(linkIndexA))
     b = scene.link(whole(bodyUniqueIdB), whole(linkIndexB))
     if a is not None and b is not None and a is not b:
-        scene.filters.set_pair(
-            (bodyUniqueIdA, linkIndexA), (bodyUniqueIdB, linkIndexB), bool(whole(enableCollision))
-        )
+        first, second = (bodyUniqueIdA, linkIndexA), (bodyUniqueIdB, linkIndexB)
+        scene.last_step.keep()
+        scene.filters.set_pair(first, second, bool(whole(enableCollision)))
+        scene.last_step.remove_links(first, second)
 
 
 @command()
@@ -37,6 +38,7 @@ def setCollisionFilterGroupMask(
     """Set the group and mask of a link; two links collide if a group shares a bit with the other's mask."""
     scene = client.scene
     if scene.link(whole(bodyUniqueId), whole(linkIndexA)) is not None:
-        scene.filters.set_group(
-            (bodyUniqueId, linkIndexA), whole(collisionFilterGroup), whole(collisionFilterMask)
-        )
+        place = bodyUniqueId, linkIndexA
+        scene.last_step.keep()
+        scene.filters.set_group(place, whole(collisionFilterGroup), whole(collisionFilterMask))
+        scene.last_step.remove_links(place)

@@ -9,6 +9,7 @@ from roboyard.errors import ModelError
 from roboyard.pybullet.face.arguments import whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.contacts import touching
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -28,6 +29,7 @@ def stepSimulation(client: Client) -> tuple[Any, ...]:
 def performCollisionDetection(client: Client) -> None:
     """Detect the contacts at the current positions without stepping."""
     client.scene.world.detect_contacts()
+    client.scene.last_step.drop()
 
 
 @command()
@@ -35,6 +37,9 @@ def saveState(client: Client) -> int:
     """Save the positions and velocities of all bodies in memory and return the state's id."""
     scene = client.scene
     number = scene.state_ids.take()
+    contacts = tuple(touching(scene))
+    if contacts:
+        scene.state_contacts[number] = contacts
     scene.states[number] = replace(scene.world.save_state(), friction=None)  # as in Bullet
     return number
 
@@ -44,6 +49,7 @@ def removeState(client: Client, stateUniqueId: int) -> None:
     """Remove a saved state; an unknown id is ignored."""
     scene = client.scene
     if scene.states.pop(whole(stateUniqueId), None) is not None:
+        scene.state_contacts.pop(stateUniqueId, None)
         scene.state_ids.free(stateUniqueId)
 
 
@@ -66,6 +72,7 @@ def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
             "Couldn't restore state.",
             f"there is no saved state {stateId}; saved states: {sorted(scene.states)}",
         )
+    scene.last_step.restore(scene.state_contacts.get(stateId, ()))
     try:
         scene.world.restore_state(state)
     except ModelError as problem:

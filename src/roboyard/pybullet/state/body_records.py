@@ -183,6 +183,8 @@ class BodyRecord:
         """Joints with a force-torque sensor."""
         self.applied: list[Any] = [_zero_effort(info[2]) for info in self.infos]
         """Torque (N m) or force (N) of each motor in the last step in which it was on."""
+        self.reactions: dict[int, tuple[float, ...]] = {}
+        """Reaction in joints with a sensor in the last step, once the world has changed since."""
         self.motored = [info[2] in DEFAULT_IMPULSE for info in self.infos]
         """Whether each joint's motor is on."""
         self.motors_off: set[int] = set()

@@ -1,31 +1,33 @@
-"""The contacts of the last step, with the links of each pair in Bullet's order."""
+"""The contacts of the last step, with the links of each pair in Bullet's order; kept through later edits."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from roboyard.pybullet.bullet_rules.contact_order import kind_of, tangents
 
-if TYPE_CHECKING:
-    from roboyard.pybullet.state.physics_scene import PhysicsScene
-
 Point = tuple[Any, ...]
 Place = tuple[int, int]
 """Body and link; link -1 is the base."""
+Contact = tuple[tuple[Place, Place], Point]
+"""Links in Bullet's order, and getContactPoints fields from point on A."""
 ANY_LINK = -2
 
 
-def touching(scene: PhysicsScene) -> Iterable[tuple[tuple[Place, Place], Point]]:
+def touching(scene: Any) -> Iterable[Contact]:
     """Return each contact's links in Bullet's order and getContactPoints fields from point on A."""
+    kept = scene.last_step.contacts
+    if kept is not None:
+        return kept
     if scene.world.is_stale or scene.world.live_data.ncon == 0:
         return ()
     return _touching(scene)
 
 
-def _touching(scene: PhysicsScene) -> Iterator[tuple[tuple[Place, Place], Point]]:
+def _touching(scene: Any) -> Iterator[Contact]:
     from roboyard.sim.queries.contacts import contact_arrays
 
     arrays = contact_arrays(scene.world)
@@ -52,7 +54,7 @@ def _touching(scene: PhysicsScene) -> Iterator[tuple[tuple[Place, Place], Point]
         yield ((b, a) if is_turned else (a, b)), point
 
 
-def _comes_second(scene: PhysicsScene, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
+def _comes_second(scene: Any, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
     """Return whether Bullet lists b first."""
     for body, link in (a, b):
         if (body, link) not in kinds:
@@ -86,3 +88,61 @@ def _point(
         on_a, tuple(m - half * n for m, n in zip(middle, on_b, strict=True)), on_b, distance, pushing,
         first_force, first, second_force, second,
     )  # fmt: skip
+
+
+class LastStep:
+    """The contacts, motor efforts and reactions of the last step, from the first later edit on."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self.contacts: list[Contact] | None = None
+        """Kept contacts; None where MuJoCo's arrays have them."""
+
+    def keep(self) -> None:
+        """Keep what MuJoCo's arrays hold of the last step, before these are replaced."""
+        scene = self._scene
+        world = scene.world
+        if world.is_stale or world.body_by_id.keys() != scene.world_ids():
+            return  # kept before the first of several edits
+        if scene.motor_revision == world.revision:
+            self._keep_efforts(scene)
+        if self.contacts is None:
+            self.contacts = self._present()
+
+    def _present(self) -> list[Contact]:
+        return list(touching(self._scene))
+
+    def _keep_efforts(self, scene: Any) -> None:
+        for number, record in scene.bodies.items():
+            if not record.joint_count:
+                continue
+            scene.ready(number, "")
+            for joint in record.sensors:
+                from roboyard.pybullet.state.reactions import reaction
+
+                record.reactions[joint] = reaction(scene, record, joint)
+            applied: list[Any] = [scene.applied(record, joint) for joint in range(record.joint_count)]
+            record.applied[:] = applied
+        scene.motor_revision = -1
+
+    def drop(self) -> None:
+        """Forget kept contacts: MuJoCo's arrays have newer ones."""
+        self.contacts = None
+
+    def restore(self, saved: Sequence[Contact]) -> None:
+        """Take the contacts of a saved state; where it has none, Bullet leaves the present ones until a step."""
+        if not saved:
+            self.contacts = self._present()
+            return
+        bodies = self._scene.bodies
+        self.contacts = [row for row in saved if row[0][0][0] in bodies and row[0][1][0] in bodies]
+
+    def remove_links(self, *places: Place) -> None:
+        """Forget the contacts of links: a new filter lets Bullet find their pairs again in the next step."""
+        if self.contacts:
+            self.contacts = [row for row in self.contacts if not any(place in row[0] for place in places)]
+
+    def remove_body(self, number: int) -> None:
+        """Forget the contacts of a body."""
+        if self.contacts:
+            self.contacts = [row for row in self.contacts if number not in (row[0][0][0], row[0][1][0])]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import KeysView
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTI
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, IMMOVABLE_MASS, MULTIBODY, BodyRecord
 from roboyard.pybullet.state.constraint_records import ConstraintRecord
+from roboyard.pybullet.state.contacts import Contact, LastStep
 from roboyard.pybullet.state.engine_parameters import (
     CONTACT_ERP,
     DANTZIG,
@@ -71,6 +73,8 @@ class PhysicsScene:
         self.constraints: dict[int, ConstraintRecord] = {}
         self.constraint_ids = Counter(1)
         self.states: dict[int, Any] = {}
+        self.state_contacts: dict[int, tuple[Contact, ...]] = {}
+        """Contacts of saved states, where they have any."""
         self.state_ids = IdPool()
         self.solid = SolidScene()
         self.textures = Textures(first_texture)
@@ -98,6 +102,9 @@ class PhysicsScene:
         self.scratch_arrays: tuple[Any, ...] = ()
         """Positions, velocities and accelerations of `scratch_data`."""
         self._scratch_revision = -1
+        self.last_step = LastStep(self)
+        """Contacts, efforts and reactions of the last step, once the world has changed since."""
+        self.world.before_edit = self.last_step.keep
         self.frames_are_old = True
         """Whether positions were written since the link frames were computed (steps keep old frames)."""
         self.frames_revision = self.motor_revision = -1
@@ -131,6 +138,7 @@ class PhysicsScene:
             file: file that it was loaded from.
             kind: MULTIBODY or RIGID_BODY.
         """
+        self.last_step.keep()
         body = self.world.add_description(
             model.description,
             position,
@@ -225,9 +233,11 @@ class PhysicsScene:
 
     def remove(self, number: int) -> None:
         """Remove a body; an unknown id is ignored."""
-        record = self.bodies.pop(number, None)
-        if record is None:
+        if number not in self.bodies:
             return
+        self.last_step.keep()
+        record = self.bodies.pop(number)
+        self.last_step.remove_body(number)
         if record.motor_commands is not None:
             self.pending_commands.discard(record.motor_commands)
         for key in [key for key, held in self.constraints.items() if held.involves(number)]:
@@ -241,6 +251,10 @@ class PhysicsScene:
             self._without_motors.remove(record)
         self.spring_dampers = {key: effort for key, effort in self.spring_dampers.items() if key[0] != number}
         self.filters.remove_body(number)
+
+    def world_ids(self) -> KeysView[int]:
+        """Return the World's ids of all bodies that scripts have."""
+        return self._records_by_world_id.keys()
 
     def record_of(self, world_body_id: int) -> BodyRecord:
         """Return the record of a World body id."""
@@ -472,6 +486,7 @@ class PhysicsScene:
             world.step()
         self.frames_are_old = False
         self.frames_revision = self.motor_revision = world.revision
+        self.last_step.contacts = None
         self._motor_forces = None
         self._wrenches_known = False
 

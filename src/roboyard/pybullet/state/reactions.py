@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from roboyard.pybullet.face.constants import JOINT_PRISMATIC
+from roboyard.pybullet.state.joint_groups import NO_REACTION
 from roboyard.transforms import Array, matrix_from_quaternion, multiply
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 
-def reaction(scene: PhysicsScene, record: BodyRecord, joint: int) -> tuple[float, ...]:
+def reaction(scene: Any, record: BodyRecord, joint: int) -> tuple[float, ...]:
     """Return the force (N) and torque (N m) in a joint during the last step, as six numbers.
 
     They act from the parent on the child link through the joint, at the child's centre of mass and in its
     inertial frame, without the effort of the motor along the joint's axis.
     """
     wrenches = scene.joint_wrenches()
-    if wrenches is None:
-        return (0.0,) * 6
+    if wrenches is None:  # the world has changed since, or there was no step
+        return record.reactions.get(joint, NO_REACTION)
     model, data = scene.world.live_model, scene.world.live_data
     row = record.rows[joint + 1]
     torque, force = wrenches[row, :3], wrenches[row, 3:]
