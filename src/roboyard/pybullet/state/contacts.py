@@ -130,7 +130,7 @@ class LastStep:
         self.contacts = None
 
     def restore(self, saved: Sequence[Contact]) -> None:
-        """Take the contacts of a saved state; where it has none, Bullet leaves the present ones until a step."""
+        """Take the contacts of a saved state; without any, Bullet leaves the present ones."""
         if not saved:
             self.contacts = self._present()
             return
