@@ -188,3 +188,18 @@ def test_colours_of_mesh_files_show_only_where_flags_ask_for_them(
     image = p.getCameraImage(40, 40, view, p.computeProjectionMatrixFOV(40, 1, 0.1, 10))
     wanted = color[suffix] if isinstance(color, dict) else color
     assert image[2][20, 20, :3] == pytest.approx(np.array(wanted), abs=1)
+
+
+@pytest.mark.parametrize(
+    ("near", "far", "drawn"),
+    [(0.1, 4.35, 0), (0.1, 4.4, 9), (0.1, 4.9999, 9), (0.1, 5.0, 256), (0.1, 5.01, 256)],
+)
+def test_surfaces_in_the_far_plane_are_drawn(client: int, near: float, far: float, drawn: int) -> None:
+    """Counts of pixels were recorded with PyBullet 3.2.7: the floor is 5 m away, a box's top 4.4 m."""
+    plane = p.createCollisionShape(p.GEOM_BOX, halfExtents=[9, 9, 1])
+    p.createMultiBody(0, plane, basePosition=[0, 0, -1])
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), basePosition=[0, 0, 0.5])
+    view = p.computeViewMatrix([0, 0, 5], [0, 0, 0], [0, 1, 0])
+    projection = p.computeProjectionMatrixFOV(20, 1, near, far)
+    image = p.getCameraImage(16, 16, view, projection, renderer=p.ER_TINY_RENDERER)
+    assert int((np.asarray(image[4]) >= 0).sum()) == drawn

@@ -33,6 +33,25 @@ MOST_LAYERS = 6
 """Most transparent surfaces blended in a pixel; deeper ones are nearly hidden."""
 
 
+_EPSILON = float(np.finfo(np.float32).eps)
+
+
+def _least_nearness(near: float, far: float, *, is_perspective: bool) -> float:
+    """Return the nearness up to which surfaces are drawn: that of the far plane, and what float32 cannot tell.
+
+    Surfaces in the far plane are thereby drawn, as by renderers that compute clip depths in float32.
+    """
+    if not is_perspective:
+        return -far - _EPSILON * max(abs(far), 0.25 * (far - near))
+    if not math.isfinite(far):
+        return 0.0
+    return 1.0 / far - _EPSILON * max(1.0 / far, 0.25 * (1.0 / near - 1.0 / far))
+
+
+def _depth_of(nearness: float) -> float:
+    return 1.0 / nearness if nearness > 0.0 else math.inf
+
+
 class _Frame:
     """Matrices and buffers of one picture."""
 
@@ -43,8 +62,8 @@ class _Frame:
         self.width, self.height = camera.width, camera.height
         self.perspective = camera.is_perspective
         near, far = camera.near, camera.far
-        self.near, self.far = near, far
-        self.q_far = (1.0 / far if math.isfinite(far) else 0.0) if self.perspective else -far
+        self.q_far = _least_nearness(near, far, is_perspective=self.perspective)
+        self.near, self.far = near, _depth_of(self.q_far) if self.perspective else -self.q_far
         self.q_near = 1.0 / near if self.perspective else -near
         pixels = camera.pixel_matrix
         self.pixels = pixels
