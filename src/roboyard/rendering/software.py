@@ -37,7 +37,7 @@ _EPSILON = float(np.finfo(np.float32).eps)
 
 
 def _least_nearness(near: float, far: float, *, is_perspective: bool) -> float:
-    """Return the nearness up to which surfaces are drawn: that of the far plane, and what float32 cannot tell.
+    """Return the nearness down to which surfaces are drawn: the far plane's, less the error of float32.
 
     Surfaces in the far plane are thereby drawn, as by renderers that compute clip depths in float32.
     """
