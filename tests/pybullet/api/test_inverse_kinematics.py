@@ -102,6 +102,16 @@ def test_lists_of_another_length_are_ignored(arm: int) -> None:
     assert short == pytest.approx(plain)
 
 
+@pytest.mark.parametrize("count", [6, 8])
+def test_dampings_may_be_more_than_joints(arm: int, count: int) -> None:
+    """Recorded with PyBullet 3.2.7, which reads the first six."""
+    pose_at(arm, [0.1] * 6)
+    damping = [1e-5, 1e-3, 0.1, 1, 1e-5, 0.5, 9, 9][:count]
+    q = p.calculateInverseKinematics(arm, 5, [0.3, 0.2, 0.9], [0, 0.6, 0, 0.8], jointDamping=damping)
+    recorded = (-1.238209, -3.110325, 3.141437, 0.155632, 1.318524, -0.160789)
+    assert q == pytest.approx(recorded, abs=1e-5)
+
+
 def test_rest_poses_draw_the_null_space(arm: int) -> None:
     pose_at(arm, [0.1] * 6)
     goal, _ = pose_at(arm, [0.4, 0.5, 0.3, -0.2, 0.4, 0.0])

@@ -62,7 +62,8 @@ def calculateInverseKinematics(
         upperLimits: (n,) upper limits.
         jointRanges: (n,) ranges.
         restPoses: (n,) preferred positions.
-        jointDamping: (n,) damping of all movable joints; a larger value moves a joint less.
+        jointDamping: (n,) damping of all movable joints; a larger value moves a joint less. Of more numbers
+            the first n count; fewer are ignored.
         solver: IK_DLS or IK_SDLS; both use the same damped steps here.
         currentPositions: (n,) start positions.
         maxNumIterations: largest number of steps.
@@ -148,6 +149,8 @@ def _solve(
         given = [_complete(values, chain.size) for values in null_space]
         if not any(values is None for values in given):
             keywords = dict(zip(("lower", "upper", "ranges", "rest"), given, strict=True))
+    if damping is not None and len(damping) > chain.size:
+        damping = damping[: chain.size]  # the numbers that Bullet reads
     damping_values = None if damping is None else _complete(damping, chain.size)
     if damping_values is not None:
         keywords["joint_damping"] = damping_values
