@@ -118,6 +118,11 @@ class Engine(Generic[BodyT]):
         """Return the body id of each row of MuJoCo's flexes."""
         return {}
 
+    @property
+    def has_soft_bodies(self) -> bool:
+        """Whether any body is soft."""
+        return False
+
     def soft_surfaces(self) -> Sequence[tuple[int, Array, np.ndarray]]:
         """Return body id, (n, 3) nodes (m) and (m, 3) surface triangles of each soft body."""
         return ()
@@ -379,6 +384,7 @@ class Engine(Generic[BodyT]):
             dofs=self._dofs,
             free_dofs=self._free_dofs,
             has_joints=self._has_joints,
+            has_soft_bodies=self.has_soft_bodies,
             solver=self._solver,
             profile=self.profile,
         )

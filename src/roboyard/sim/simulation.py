@@ -104,6 +104,11 @@ class Simulation(Engine[Body]):
         """Return the body id of each row of MuJoCo's flexes."""
         return self.soft.owner_of_flex()
 
+    @property
+    def has_soft_bodies(self) -> bool:
+        """Whether any body is soft."""
+        return bool(self.soft.by_id)
+
     def soft_surfaces(self) -> Sequence[tuple[int, Array, np.ndarray]]:
         """Return body id, (n, 3) nodes (m) and (m, 3) surface triangles of each soft body."""
         return [(soft.body.id, soft.positions, soft.surface) for soft in self.soft.by_id.values()]

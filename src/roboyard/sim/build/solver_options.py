@@ -40,7 +40,8 @@ DENSE_DOFS = 1500
 MuJoCo takes sparse ones from 60 on. Where limbs of a robot touch each other and the floor, MuJoCo 4.0's
 sparse Newton may stop at forces of 20 to 1000 times the solution, on which its dense form, conjugate
 gradients and Gauss-Seidel agree, and the robot flies apart. Dense matrices cost no time in a furnished flat,
-whose objects sleep; 40 free boxes on each other would cost 1.8 times as much.
+whose objects sleep; 40 free boxes on each other would cost 1.8 times as much. Rows that are solved in turn are
+sparse: a robot among 60 cubes takes three fifths of the time.
 """
 
 
@@ -69,6 +70,7 @@ def apply_options(
     dofs: int,
     free_dofs: int,
     has_joints: bool,
+    has_soft_bodies: bool,
     solver: Solver,
     profile: PhysicsProfile,
 ) -> None:
@@ -109,7 +111,9 @@ def apply_options(
         option.iterations = 100
         option.tolerance = TOLERANCE
         kinds = mujoco.mjtJacobian
-        option.jacobian = kinds.mjJAC_DENSE if has_joints and dofs < DENSE_DOFS else kinds.mjJAC_AUTO
+        in_turn = profile.motor_rounds > 0 and not has_soft_bodies
+        is_dense = has_joints and dofs < DENSE_DOFS and not in_turn
+        option.jacobian = kinds.mjJAC_DENSE if is_dense else kinds.mjJAC_AUTO
 
 
 def scale_tolerance(option: Any, share: float) -> None:
