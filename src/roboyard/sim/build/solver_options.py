@@ -40,8 +40,8 @@ DENSE_DOFS = 1500
 MuJoCo takes sparse ones from 60 on. Where limbs of a robot touch each other and the floor, MuJoCo 4.0's
 sparse Newton may stop at forces of 20 to 1000 times the solution, on which its dense form, conjugate
 gradients and Gauss-Seidel agree, and the robot flies apart. Dense matrices cost no time in a furnished flat,
-whose objects sleep; 40 free boxes on each other would cost 1.8 times as much. Rows that are solved in turn are
-sparse: a robot among 60 cubes takes three fifths of the time.
+whose objects sleep; 40 free boxes on each other would cost 1.8 times as much. Rows that are solved in turn
+are sparse: a robot among 60 cubes takes three fifths of the time.
 """
 
 
