@@ -210,14 +210,15 @@ def _indices_from_start() -> Iterator[None]:
 
 @contextmanager
 def _joined(joins_lines: bool) -> Iterator[None]:
-    """Let LLVM make vector instructions of equal operations that are written out; numba does not ask it to."""
-    kept = config.SLP_VECTORIZE
+    """Let LLVM make vector instructions of equal operations that are written out; numba leaves it off."""
+    settings: Any = config
     with global_compiler_lock:
-        config.SLP_VECTORIZE = int(joins_lines) or kept
+        kept = settings.SLP_VECTORIZE
+        settings.SLP_VECTORIZE = int(joins_lines) or kept
         try:
             yield
         finally:
-            config.SLP_VECTORIZE = kept
+            settings.SLP_VECTORIZE = kept
 
 
 def _entry_source(signature: Signature) -> str:

@@ -266,13 +266,15 @@ def getConstraintState(client: Client, constraintUniqueId: int) -> tuple[float, 
 
 def _prepare(world: World, record: ConstraintRecord) -> None:
     """Let machine code read the efforts of a constraint."""
+    from roboyard._mujoco import mujoco
     from roboyard.pybullet.bullet_rules.constraint_kernels import PLAIN, POINT, SLIDE, constraint_efforts
     from roboyard.sim.stepping.step_rows import StepRows, layout
 
     known, made = world.prepared.get("constraints"), record.made
     if known is None or record.number in known or made is None or layout() is None:
         return
-    rows = StepRows(world.live_data, world.live_model.nv)
+    model = world.live_model
+    rows = StepRows(world.live_data, model.nv, is_sparse=bool(mujoco.mj_isSparse(model)))
     rule = {c.JOINT_PRISMATIC: SLIDE, c.JOINT_POINT2POINT: POINT}.get(record.kind, PLAIN)
     out, loop = np.zeros(_ROWS[record.kind]), constraint_efforts
     if isinstance(loop, Kernel):

@@ -8,16 +8,17 @@ PLAIN, SLIDE, POINT = range(3)
 """The forces as they are, those of a prismatic constraint, those of a point, which act on the other side."""
 
 
-@compiled("i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8 i4[::1] f8[::1] i8 i8 f8[::1] -> i8")
+@compiled("i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8 i8 i4[::1] f8[::1] i8 i8 f8[::1] -> i8")
 def constraint_efforts(
-    words, places, counts, starts, address, size, contact, degrees, integers, numbers, equality, rule, out
-):  # pragma: no cover
+    words, places, counts, starts, address, size, contact, degrees, is_sparse, integers, numbers, equality,
+    rule, out,
+):  # fmt: skip  # pragma: no cover
     """Write the efforts of an equality in the last step; return 1, or 0 without any.
 
-    words to degrees: see `find_rows`. integers, numbers: MuJoCo's block. equality: its row there. rule:
+    words to is_sparse: see `find_rows`. integers, numbers: MuJoCo's block. equality: its row there. rule:
     `PLAIN`, `SLIDE` or `POINT`. out: (1,), (3,), (5,) or (6,) forces (N) and torques (N m), written.
     """
-    if find_rows(words, places, counts, starts, address, size, contact, degrees) == 0:
+    if find_rows(words, places, counts, starts, address, size, contact, degrees, is_sparse) == 0:
         return 0
     first = -1
     for row in range(counts[1]):

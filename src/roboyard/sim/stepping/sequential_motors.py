@@ -197,7 +197,7 @@ class SequentialMotors:
         if rows > len(solver.order):
             lengths = (len(a) for a in (self._state.qvel, solver.wrenches, solver.taken, solver.places))
             keeps = {name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules")}
-            self._solver = _solver(2 * rows, *lengths, self._width)._replace(**keeps)
+            self._solver = _solver(2 * rows, *lengths, entries=self._width)._replace(**keeps)
         self._surface = self._surface._replace(base=self._surfaces.normal_references(len(self._solver.order)))
         self._bundle = None
 

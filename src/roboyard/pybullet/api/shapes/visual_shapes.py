@@ -28,7 +28,14 @@ from roboyard.description.model import (
 from roboyard.pybullet.api.shapes.collision_shapes import QUARTER_TURN, at, plain_geometry
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.arguments import floats, quaternion_or, text, vector3, vector3_or, whole
+from roboyard.pybullet.face.arguments import (
+    quaternion,
+    quaternion_or,
+    text,
+    vector3,
+    vector3_or,
+    whole,
+)
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
@@ -232,7 +239,7 @@ def changeVisualShape(
         return
     rgba = None
     if rgbaColor is not None and len(rgbaColor) == 4:
-        rgba = record.colors[linkIndex + 1] = floats(rgbaColor, 4, "Error resetting visual shape info")
+        rgba = record.colors[linkIndex + 1] = quaternion(rgbaColor, "Error resetting visual shape info")
     fields: dict[str, Any] = {}
     if specularColor is not None and vector3_or(specularColor, _NOWHERE) is not _NOWHERE:
         fields["specular"] = sum(vector3(specularColor, "")) / 3.0
