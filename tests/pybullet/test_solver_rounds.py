@@ -62,3 +62,51 @@ def test_a_reset_restores_them(arm):
     p.setGravity(0, 0, -9.81)
     body = p.loadURDF(arm, useFixedBase=True)
     assert np.allclose(positions_after(body), RECORDED["numSolverIterations", 50], atol=2e-6)
+
+
+def columns(count: int, height: int, steps: int, *, top_mass: float = 1.0) -> list[tuple[list[int], float]]:
+    """Return the cubes of columns after so many steps, and with what force (N) each stands on the ground.
+
+    Cubes are 0.1 m wide and have 1 kg, the top ones `top_mass`.
+    """
+    p.setGravity(0, 0, -10)
+    ground = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05] * 3)
+    cubes = [
+        [
+            p.createMultiBody(1 if k < height - 1 else top_mass, shape, basePosition=(*place, 0.05 + 0.1 * k))
+            for k in range(height)
+        ]
+        for place in ((0.3 * (c % 3), 0.3 * (c // 3)) for c in range(count))
+    ]
+    for _ in range(steps):
+        p.stepSimulation()
+    return [(column, sum(point[9] for point in p.getContactPoints(column[0], ground))) for column in cubes]
+
+
+def height_of(cube: int) -> float:
+    return p.getBasePositionAndOrientation(cube)[0][2]
+
+
+def test_worlds_of_many_bodies_are_solved_in_rounds(client: int) -> None:
+    """Of 45 cubes, 270 degrees of freedom; PyBullet has tops at 0.44988 m, bottoms at 0.04999, 50.000 N."""
+    for cubes, push in columns(9, 5, 240):
+        assert height_of(cubes[-1]) == pytest.approx(0.44988, abs=1e-4)
+        assert height_of(cubes[0]) == pytest.approx(0.04999, abs=1e-4)
+        assert push == pytest.approx(50.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("height", "steps", "top"), [(10, 240, 0.94852), (15, 1000, 0.05)])
+def test_columns_stand_and_fall_as_in_pybullet(client: int, height: int, steps: int, top: float) -> None:
+    ((column, _),) = columns(1, height, steps)
+    assert height_of(column[height - 1]) == pytest.approx(top, abs=5e-3)
+
+
+def test_dantzigs_method_solves_all_rows_together(client: int) -> None:
+    """A column under 100 kg stands 0.92 m high in PyBullet, too; a reset of the simulation ends it there."""
+    p.setPhysicsEngineParameter(constraintSolverType=p.CONSTRAINT_SOLVER_LCP_DANTZIG)
+    ((column, _),) = columns(1, 10, 200, top_mass=100.0)
+    assert height_of(column[9]) > 0.9
+    p.resetSimulation()
+    ((column, _),) = columns(1, 10, 300, top_mass=100.0)
+    assert height_of(column[9]) < 0.7
