@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import roboyard.pybullet as p
@@ -272,3 +273,50 @@ def record_error_reduction(p: Any, folder: Path) -> Any:
 
 def test_error_reduction(agrees: Callable[..., None]) -> None:
     agrees(record_error_reduction, 2e-2)
+
+
+def _roll() -> list[int]:
+    """Return cylinders that fall over each other, whose pairs keep points from step to step."""
+    p.resetSimulation()
+    p.setGravity(0, 0, -10)
+    p.createMultiBody(
+        0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[2, 2, 0.1]), basePosition=[0, 0, -0.1]
+    )
+    shape = p.createCollisionShape(p.GEOM_CYLINDER, radius=0.1, height=0.3)
+    return [
+        p.createMultiBody(1, shape, basePosition=[0.03 * k, 0.02 * k, 0.2 + 0.35 * k], baseOrientation=turn)
+        for k, turn in enumerate(((0, 0, 0, 1), (0, 0.6, 0, 0.8), (0.6, 0, 0, 0.8), (0, 0, 0, 1)))
+    ]
+
+
+def test_a_file_restores_the_points_that_pairs_keep(client: int, tmp_path: Path) -> None:
+    """Steps go on to the last bit; without them a pair would begin with the one point that is deepest."""
+    file = str(tmp_path / "rolling.bullet")
+
+    def go_on(bodies: list[int]) -> list[object]:
+        for _ in range(20):
+            p.stepSimulation()
+        return [(p.getBasePositionAndOrientation(body), p.getBaseVelocity(body)) for body in bodies]
+
+    bodies = _roll()
+    for _ in range(100):
+        p.stepSimulation()
+    p.saveBullet(file)
+    with np.load(file) as arrays:
+        stored = dict(arrays)
+    assert stored["contact_counts"].max() > 1
+    wanted = go_on(bodies)
+    bodies = _roll()
+    p.restoreState(fileName=file)
+    assert go_on(bodies) == wanted
+    owners, counts, points = (stored[f"contact_{name}"] for name in ("owners", "counts", "points"))
+    for wrong in (
+        {"contact_owners": owners + 99},
+        {"contact_counts": counts + 100},
+        {"contact_counts": np.int32(1)},
+        {"contact_points": np.full_like(points, np.nan)},
+        {"contact_points": points[:, :2]},
+    ):
+        np.savez(tmp_path / "wrong.npz", **(stored | wrong))
+        p.restoreState(fileName=str(tmp_path / "wrong.npz"))
+        assert go_on(bodies) != wanted, "it goes on without them"

@@ -11,6 +11,7 @@ from roboyard.pybullet.face.arguments import text
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
+from roboyard.sim.stepping.manifolds import KeptPoints
 from roboyard.untrusted.arrays import ArraysError, read_arrays
 
 if TYPE_CHECKING:
@@ -20,11 +21,13 @@ if TYPE_CHECKING:
 _NOT_SAVED, _NOT_RESTORED = "Couldn't save .bullet file.", "Couldn't restore state."
 _FORMAT = 1
 _MAX_BYTES = 256 << 20
+_CONTACTS = ("contact_owners", "contact_counts", "contact_points")
+"""Names of the arrays of `KeptPoints`."""
 
 
 @command()
 def saveBullet(client: Client, bulletFileName: str) -> None:
-    """Write the positions and velocities of all bodies to a file that restoreState reads.
+    """Write positions, velocities and kept contact points of all bodies to a file that restoreState reads.
 
     Raises:
         error: the file cannot be written.
@@ -39,6 +42,8 @@ def saveBullet(client: Client, bulletFileName: str) -> None:
     arrays["static_positions"] = moment.static_positions
     arrays["static_quaternions"] = moment.static_quaternions
     arrays["joints"] = _joint_counts(scene)
+    if moment.contacts is not None:
+        arrays |= _arrays_of(moment.contacts, _places(scene))
     try:
         with client.output_files.path(text(bulletFileName)).open("wb") as file:
             np.savez(file, allow_pickle=False, **arrays)
@@ -47,7 +52,7 @@ def saveBullet(client: Client, bulletFileName: str) -> None:
 
 
 def restore_from_file(client: Client, file_name: str) -> None:
-    """Restore the positions and velocities of all bodies from a file of saveBullet.
+    """Restore positions, velocities and kept contact points of all bodies from a file of saveBullet.
 
     Raises:
         error: the file does not exist, is of another kind, or was saved with other bodies.
@@ -80,11 +85,55 @@ def restore_from_file(client: Client, file_name: str) -> None:
             values=arrays["values"],
             static_positions=arrays["static_positions"],
             static_quaternions=arrays["static_quaternions"],
+            contacts=_contacts_in(arrays, list(_places(scene))),
         )
     )
     for record in scene.bodies.values():
         record.fixed_poses = record.placed = None
     scene.mark_moved()
+
+
+def _places(scene: PhysicsScene) -> dict[int, int]:
+    """Return the place among the scene's bodies of each body of the World, in that order."""
+    return {scene.bodies[number].body.id: place for place, number in enumerate(scene.order)}
+
+
+def _arrays_of(contacts: KeptPoints, places: dict[int, int]) -> dict[str, np.ndarray]:
+    """Return the points that pairs keep as arrays of a file, with places of bodies instead of numbers."""
+    owners = contacts.owners.copy()
+    owners[..., 0] = [[places.get(body, -1) for body in pair] for pair in owners[..., 0].tolist()]
+    return dict(zip(_CONTACTS, (owners, contacts.counts, contacts.points), strict=True))
+
+
+def _contacts_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> KeptPoints | None:
+    """Return the points in a file; None where it has none, or such as saveBullet does not write.
+
+    Args:
+        arrays: of the file.
+        bodies: numbers of the World's bodies by their places.
+    """
+    owners, counts, points = (arrays.get(name) for name in _CONTACTS)
+    if owners is None or counts is None or points is None:
+        return None
+    shapes = (owners.shape, counts.shape, points.shape)
+    types = (owners.dtype, counts.dtype, points.dtype)
+    if (
+        counts.ndim != 1
+        or shapes != ((len(counts), 2, 3), (len(counts),), (len(counts), 4, 16))
+        or types
+        != (
+            np.dtype(np.int64),
+            np.dtype(np.int32),
+            np.dtype(np.float64),
+        )
+    ):
+        return None
+    named = owners[..., 0]
+    sensible = ((named >= 0) & (named < len(bodies))).all(axis=1) & (counts >= 0) & (counts <= 4)
+    sensible &= np.isfinite(points).all(axis=(1, 2))
+    owners = owners[sensible].copy()
+    owners[..., 0] = np.array(bodies, dtype=np.int64)[owners[..., 0]]
+    return KeptPoints(owners, counts[sensible], points[sensible])
 
 
 def _joint_counts(scene: PhysicsScene) -> np.ndarray:
