@@ -32,6 +32,31 @@ def found(table, key):
     return value
 """
 """The value of a key in a dictionary, which keeps it; 0 without."""
+ATTRIBUTE = """
+def attribute(owner, name):
+    value = PyObject_GetAttr(owner, name)
+    if value == 0:
+        PyErr_Clear()
+    else:
+        Py_DecRef(value)  # its owner keeps it
+    return value
+"""
+"""An attribute that its owner keeps; 0 without."""
+PLAIN = """
+def plain(state, value):
+    kind = word(value, KIND)
+    if kind != word(word(state, NUMBER), KIND) and kind != word(word(state, WHOLE), KIND):
+        return np.nan
+    found = PyFloat_AsDouble(value)
+    if found == -1.0 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+        return np.nan
+    return found
+"""
+"""A plain float or int, NaN for anything else.
+
+KIND is the place of an object's type; NUMBER and WHOLE are those of a float and an int in the state.
+"""
 
 
 def parts(*sources: str) -> str:

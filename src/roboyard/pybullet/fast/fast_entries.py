@@ -7,7 +7,7 @@ is irregular (a keyword, another length, text, a number that is not finite) goes
 
 from __future__ import annotations
 
-from roboyard.native.entry_parts import FOUND, HAS_LENGTH, ITEM, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.bullet_rules.motor_kernels import write_motor
@@ -15,16 +15,7 @@ from roboyard.pybullet.state.state_kernels import link_box_of, push_link_of
 
 PARTS = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
-{parts(FOUND, ITEM, HAS_LENGTH)}
-@part
-def attribute(owner, name):
-    value = PyObject_GetAttr(owner, name)
-    if value == 0:
-        PyErr_Clear()
-    else:
-        Py_DecRef(value)  # its owner keeps it
-    return value
-
+{parts(ATTRIBUTE, FOUND, ITEM, HAS_LENGTH)}
 @part
 def prepared(state, client, body):
     bodies = found(word(state, ITEMS + 1), client)

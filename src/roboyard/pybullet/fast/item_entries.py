@@ -8,22 +8,13 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from roboyard.native.entry_parts import FOUND, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.state.debug_items import WHITE
 
-_PARTS = f"""{parts(FOUND)}
+_PARTS = f"""{parts(ATTRIBUTE, FOUND)}
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
-
-@part
-def attribute(owner, name):
-    value = PyObject_GetAttr(owner, name)
-    if value == 0:
-        PyErr_Clear()
-    else:
-        Py_DecRef(value)  # its owner keeps it
-    return value
 
 @part
 def count_up(owner, name):
@@ -52,18 +43,8 @@ class LineState(NamedTuple):
 
 _LINE = f"""{_PARTS}
 COMMAND, LIFE_TIME, PARENT, WHITE, WIDTH, LISTED, OWNER, TABLE, IDS, NEXT, REVISION = range(3, 14)
-
-@part
-def plain(state, value):
-    kind = word(value, KIND)
-    if kind != word(word(state, WIDTH), KIND) and kind != word(word(state, PARENT), KIND):
-        return np.nan
-    found = PyFloat_AsDouble(value)
-    if found == -1.0 and PyErr_Occurred() != 0:
-        PyErr_Clear()
-        return np.nan
-    return found
-
+NUMBER, WHOLE = WIDTH, PARENT
+{parts(PLAIN)}
 @part
 def triple(state, values):
     is_tuple = word(values, KIND) == word(word(state, WHITE), KIND)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from roboyard.native.entry_parts import PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 
@@ -31,21 +32,10 @@ class Properties(NamedTuple):
     listed: list[Any] = []  # noqa: RUF012 - of which the type is read
 
 
-_SOURCE = """
+_SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, NONE, WHOLE, NUMBER, LISTED = range(3, 12)
-
-@part
-def plain(state, value):
-    kind = word(value, KIND)
-    if kind != word(word(state, NUMBER), KIND) and kind != word(word(state, WHOLE), KIND):
-        return np.nan
-    found = PyFloat_AsDouble(value)
-    if found == -1.0 and PyErr_Occurred() != 0:
-        PyErr_Clear()
-        return np.nan
-    return found
-
+{parts(PLAIN)}
 @part
 def number_of(state, values, place):
     is_list = word(values, KIND) == word(word(state, LISTED), KIND)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from roboyard.native.entry_parts import HAS_LENGTH, ITEM, parts
+from roboyard.native.entry_parts import ATTRIBUTE, HAS_LENGTH, ITEM, PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 
@@ -55,31 +55,11 @@ class Settings(NamedTuple):
     listed: list[Any] = []  # noqa: RUF012 - of which the type is read
 
 
-_SOURCE = f"""{parts(ITEM, HAS_LENGTH)}
+_SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, OWNER, TABLE, REVISION, STEPS, NONE, WHOLE, NUMBER, REQUIRED, LISTED = range(3, 13)
 OF_STEP, NAME, DEFAULT, LEAST, MOST = range(3, 8)
-
-@part
-def attribute(owner, name):
-    value = PyObject_GetAttr(owner, name)
-    if value == 0:
-        PyErr_Clear()
-    else:
-        Py_DecRef(value)  # its owner keeps it
-    return value
-
-@part
-def plain(state, value):
-    kind = word(value, KIND)
-    if kind != word(word(state, NUMBER), KIND) and kind != word(word(state, WHOLE), KIND):
-        return np.nan
-    found = PyFloat_AsDouble(value)
-    if found == -1.0 and PyErr_Occurred() != 0:
-        PyErr_Clear()
-        return np.nan
-    return found
-
+{parts(ATTRIBUTE, ITEM, HAS_LENGTH, PLAIN)}
 @part
 def coordinate(state, values, place):
     if word(values, KIND) == word(word(state, STEPS), KIND):
