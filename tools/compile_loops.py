@@ -29,7 +29,9 @@ DECORATED = re.compile(r"^(@(compiled|fronted|kernel|called_by_c)|[A-Z]+ = Front
 def main() -> None:
     """Compile what is not stored, and say how many loops there were."""
     start = time.monotonic()
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=multiprocessing.get_context("spawn")) as pool:
+    spawn = multiprocessing.get_context("spawn")
+    # a process for each module: LLVM's code, and thereby rounding, depends on what was compiled before
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=spawn, max_tasks_per_child=1) as pool:
         compiled = sum(pool.map(compile_module, modules_with_loops()))
     print(f"{compiled} loops compiled in {time.monotonic() - start:.0f} s")
 
