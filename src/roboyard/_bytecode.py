@@ -64,7 +64,7 @@ class StoredModules:
     def _open(self) -> None:
         file = os.open(self.path, os.O_RDONLY)
         try:
-            if _is_private(os.fstat(file)) and _is_private(os.stat(self.folder)):
+            if is_private(os.fstat(file)) and is_private(os.stat(self.folder)):
                 self.content = memoryview(mmap(file, 0, access=ACCESS_READ))
         finally:
             os.close(file)
@@ -119,12 +119,6 @@ class StoredModules:
         """Write the file again if this process has loaded much without it."""
         if len(self.new_modules) + len(self.new_texts) < self.many:
             return
-        try:
-            os.makedirs(self.folder, mode=0o700, exist_ok=True)
-            if not _is_private(os.stat(self.folder)):
-                return
-        except OSError:
-            return
         pieces: list[bytes | memoryview] = []
         end = _FIRST
 
@@ -146,7 +140,7 @@ class StoredModules:
         texts |= {text: placed(marshal.dumps(code)) for text, code in self.new_texts.copy().items()}
         table = marshal.dumps((self.root, modules, texts))
         sizes = (end + len(table)).to_bytes(_NUMBER, "little") + len(table).to_bytes(_NUMBER, "little")
-        _write(self.path, [_HEAD, sizes, *pieces, table])
+        write_for_the_user(self.path, [_HEAD, sizes, *pieces, table])
 
 
 class StoredLoader(SourceFileLoader):
@@ -189,17 +183,21 @@ def _loaded(part: memoryview) -> CodeType | None:
     return code if isinstance(code, CodeType) else None
 
 
-def _is_private(stats: os.stat_result) -> bool:
+def is_private(stats: os.stat_result) -> bool:
     """Return whether a file or folder is the user's, and no one else may write to it."""
     return not hasattr(os, "getuid") or (
         stats.st_uid == os.getuid() and not stats.st_mode & _OTHERS_MAY_WRITE
     )
 
 
-def _write(path: str, pieces: list[bytes | memoryview]) -> None:
+def write_for_the_user(path: str, pieces: Sequence[bytes | memoryview]) -> None:
     """Write a file, which other processes may read or write meanwhile; without a place for it, do nothing."""
+    folder = os.path.dirname(path)
     new = f"{path}.{os.getpid()}"
     try:
+        os.makedirs(folder, mode=0o700, exist_ok=True)
+        if not is_private(os.stat(folder)):
+            return
         with open(new, "wb", opener=_for_the_user_alone) as file:
             file.writelines(pieces)
             file.flush()

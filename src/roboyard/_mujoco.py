@@ -1,6 +1,6 @@
 """Loads MuJoCo's Python module without its windows, which take as long to load as its physics.
 
-Import it before `mujoco`.
+The package's other modules take `mujoco` from here: where possible without enumerations, see `_mujoco_parts`.
 """
 
 # pathlib takes four times as long to look at a hundred packages:
@@ -10,10 +10,15 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
-from typing import Any
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 from roboyard._lazy import Deferred, deferred
+from roboyard._mujoco_parts import PARTS, PartsLoader, restore_getters, store, stored_lines
 
 _WINDOW_MODULES = {
     "Renderer": "mujoco.rendering.classic.renderer",
@@ -28,13 +33,44 @@ _PLUGINS = "mujoco.plugins"
 """Entry points of packages that bring plugins of MuJoCo's."""
 
 
-def load_mujoco() -> None:
-    """Import `mujoco`; `mujoco.Renderer` and `mujoco.GLContext` are imported when they are first used.
+class _Finder:
+    """Finds `mujoco` for all modules that import it, so that it is loaded as here."""
 
-    Does nothing where the program imported `mujoco` before.
-    """
-    if "mujoco" in sys.modules:
-        return
+    parts_alone = False
+    """Whether the parts are wanted without the package, which is loaded where they cannot be."""
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return how `mujoco` is loaded; None for other modules."""
+        if name != "mujoco":
+            return None
+        spec = PathFinder.find_spec(name, path, target)
+        if spec is not None and spec.origin is not None and type(spec.loader) is SourceFileLoader:
+            lines = stored_lines(spec) if self.parts_alone else None
+            spec.loader = (
+                _WholeLoader(name, spec.origin) if lines is None else PartsLoader(spec.origin, lines)
+            )
+        return spec
+
+
+class _WholeLoader(SourceFileLoader):
+    """Loads the package `mujoco`; its `Renderer` and `GLContext` are imported when they are first used."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Execute the package's code."""
+        sys.meta_path.remove(_finder)
+        for part in PARTS:
+            if f"mujoco.{part}" in sys.modules:
+                setattr(module, part, sys.modules[f"mujoco.{part}"])
+        with _without_windows():
+            super().exec_module(module)
+        vars(module)["__getattr__"] = _window_name
+        restore_getters()
+
+
+@contextmanager
+def _without_windows() -> Iterator[None]:
     hidden = [name for name in _WINDOW_MODULES.values() if name not in sys.modules]
     modules: dict[str, Any] = sys.modules
     modules.update(dict.fromkeys(hidden))  # None: Python reports the module as not found
@@ -43,14 +79,32 @@ def load_mujoco() -> None:
         modules[_METADATA] = _NoPlugins(_METADATA)
     try:
         with deferred(*_UNUSED):
-            mujoco: Any = import_module("mujoco")
+            yield
     finally:
         for name in hidden:
             if modules.get(name) is None:
                 modules.pop(name, None)
         if no_plugins and isinstance(modules.get(_METADATA), _NoPlugins):
             del modules[_METADATA]
-    mujoco.__getattr__ = _window_name
+
+
+def _loaded() -> Any:
+    """Return `mujoco` as the program imported it, or its parts, or the package where they are not known."""
+    if "mujoco" in sys.modules:
+        return sys.modules["mujoco"]
+    place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
+    sys.meta_path.insert(place, _finder)
+    _finder.parts_alone = True
+    try:
+        module = import_module("mujoco")
+    finally:
+        _finder.parts_alone = False
+    spec = module.__spec__
+    if spec is not None and isinstance(spec.loader, PartsLoader):
+        del sys.modules["mujoco"]
+    elif spec is not None and isinstance(spec.loader, _WholeLoader):
+        store(spec)
+    return module
 
 
 def plugins_are_installed(folders: list[str]) -> bool:
@@ -97,4 +151,11 @@ def _window_name(name: str) -> Any:
     return value
 
 
-load_mujoco()
+_finder: Any = _Finder()
+
+if TYPE_CHECKING:
+    import mujoco as mujoco
+else:
+    mujoco = _loaded()
+
+__all__ = ["mujoco"]

@@ -13,7 +13,7 @@ PACKAGE = "roboyard"
 
 LAYERS = (
     ("errors", "_bytecode", "_digests", "_lazy", "_numba", "_threads", "_version", "untrusted"),
-    ("_records",),
+    ("_mujoco_parts", "_records"),
     ("_mujoco", "_numpy"),
     ("transforms", "paths", "config", "assets", "native", "pybullet_data"),
     ("shapes", "whole_moves", "_second_process"),

@@ -51,8 +51,7 @@ def link_meshes(link: Link) -> list[TriangleMesh]:
 
 def _mesh(model: Any, geom: int) -> TriangleMesh | None:
     """Return a geom as triangles in its own frame; None for planes and terrain."""
-    import mujoco
-
+    from roboyard._mujoco import mujoco
     from roboyard.shapes.convex.hulls import convex_hull
 
     kinds = mujoco.mjtGeom

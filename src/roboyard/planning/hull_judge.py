@@ -119,7 +119,7 @@ class HullJudge:
 
     def clashes(self, q: Array) -> list[Clash]:
         """Return the overlaps of moving links at (n,) q (rad or m), the deepest of each pair."""
-        import mujoco
+        from roboyard._mujoco import mujoco
 
         self.data.qpos[self.rows] = q[self.source] * self.multiplier + self.offset
         mujoco.mj_kinematics(self.model, self.data)
@@ -150,7 +150,7 @@ class HullJudge:
 
     def _carry(self) -> None:
         """Move held bodies to where their links hold them."""
-        import mujoco
+        from roboyard._mujoco import mujoco
 
         for row, first, pose in self._held:
             link = np.eye(4)
@@ -170,7 +170,7 @@ class HullJudge:
 
     def pair_distance(self, q: Array, pair: tuple[str, str]) -> float:
         """Return the distance between two links' hulls at (n,) q, at most `FAR` (m); `FAR` without shapes."""
-        import mujoco
+        from roboyard._mujoco import mujoco
 
         self.data.qpos[self.rows] = q[self.source] * self.multiplier + self.offset
         mujoco.mj_kinematics(self.model, self.data)

@@ -117,7 +117,7 @@ def _pose(data: Any, geom: int) -> Pose:
 
 def _shape(model: Any, geom: int) -> Shape:
     """Return the shape of a geom in its own frame; meshes are the hulls that collide."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     kinds = mujoco.mjtGeom
     kind = int(model.geom_type[geom])

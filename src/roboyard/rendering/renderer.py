@@ -13,7 +13,7 @@ from roboyard.rendering.light import RGB, Backdrop, Light
 from roboyard.rendering.scene import DebugLines, RenderScene
 
 if TYPE_CHECKING:
-    import mujoco as mj
+    from roboyard._mujoco import mujoco as mj
 
 Background = RGB | tuple[float, float, float, float] | Backdrop
 Backend = Literal["auto", "software", "gl"]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._mujoco import mujoco
 from roboyard.sim.body import Body
 from roboyard.sim.joint import Joint
 from roboyard.sim.world import World

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import mujoco
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard.description.geometry import geometry_mesh
 from roboyard.description.model import Collision, Mesh, Visual
 from roboyard.errors import MeshError

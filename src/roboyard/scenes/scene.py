@@ -78,7 +78,7 @@ def let_sleep(world: World) -> None:
 
     Bodies with motors never sleep. A body wakes when an awake body touches it, and when it is moved.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     world.spec.option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     world.mark_stale()

@@ -42,7 +42,7 @@ class ForceTorqueSensor(Sensor):
 
 def internal_forces(world: World) -> None:
     """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, applied wrenches included."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     data = world.live_data
     push = world.wrenches.of_last_push

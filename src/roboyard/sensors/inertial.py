@@ -22,7 +22,7 @@ class Imu(Sensor):
         "acceleration" (3,) specific force of the last step (m/s²), 0 in free fall;
         "angular_velocity" (3,) rad/s; "orientation" (4,) quaternion x, y, z, w of the sensor in the world.
         """
-        import mujoco
+        from roboyard._mujoco import mujoco
 
         world = self.world
         data = world.velocities()

@@ -53,7 +53,7 @@ def cast_scan(
 
 def _kinds(model: Any, is_target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of simple solids and of all other shapes among the targets that are not transparent."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     kind, clear = model.geom_type, model.geom_rgba[:, 3] == 0.0
     if clear.any() and model.nmat:
@@ -75,7 +75,7 @@ def _mesh_hits(
     distances: Array,
 ) -> None:
     """Write the hits on meshes and height fields, found by MuJoCo, into `geoms` and `distances`."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     vectors = pattern.directions.reshape(-1, 3) @ rotation.T
     hit, far = np.empty(geoms.size, dtype=np.int32), np.empty(geoms.size)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import roboyard._mujoco  # noqa: F401 - first, since modules of this package import mujoco
 from roboyard.sim.body import Body
 from roboyard.sim.joint import Joint
 from roboyard.sim.link import Link

@@ -7,10 +7,10 @@ from functools import cached_property
 from math import isfinite
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard._mujoco import mujoco
 from roboyard.description.model import JointType, RobotDescription
 from roboyard.errors import RoboyardError, StaleHandleError, unknown_name
 from roboyard.sim.build.records import Built
@@ -371,7 +371,7 @@ def _joint_type(record: Any) -> JointType:
 
 def record_type_of_elements(elements: Sequence[Any]) -> JointType:
     """Return the joint type of a body of an MJCF file, from its MuJoCo joints."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     kinds = mujoco.mjtJoint
     types = [element.type for element in elements]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Generic, TypeVar
 
-import mujoco
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard.errors import ModelError, RoboyardError
 from roboyard.sim.build.geoms import add_triangles_for_rays
 from roboyard.sim.build.inverse_weights import bound_inverse_weights

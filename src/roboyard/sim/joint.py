@@ -80,7 +80,7 @@ class Joint:
         Raises:
             RoboyardError: the joint has no single position, or a limit is not a number.
         """
-        import mujoco
+        from roboyard._mujoco import mujoco
 
         if lower != lower or upper != upper or (lower <= upper and max(abs(lower), abs(upper)) == np.inf):
             raise RoboyardError(

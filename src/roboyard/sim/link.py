@@ -196,7 +196,7 @@ class Link:
         Raises:
             ValueError: the half width is not above 0 and finite.
         """
-        import mujoco
+        from roboyard._mujoco import mujoco
 
         if not 0 < half_width < np.inf:
             raise ValueError(f"link {self.name!r}: half_width must be above 0 and finite, got {half_width}")

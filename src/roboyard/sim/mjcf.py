@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard._mujoco import mujoco
 from roboyard.description.mass_properties import MassProperties
 from roboyard.description.mjcf.checked import checked_mjcf
 from roboyard.description.mjcf.parse import parse_mjcf

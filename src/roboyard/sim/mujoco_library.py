@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import mujoco
+from roboyard._mujoco import mujoco
 
 
 @cache

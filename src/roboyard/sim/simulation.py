@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard._lazy import lazy_pattern
+from roboyard._mujoco import mujoco
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ModelError, RoboyardError, StaleHandleError
 from roboyard.sim.actuation.drives import Drives

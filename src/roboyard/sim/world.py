@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import mujoco
 from numpy.typing import ArrayLike
 
+from roboyard._mujoco import mujoco
 from roboyard.description.model import RGBA, RobotDescription
 from roboyard.errors import RoboyardError, unknown_name
 from roboyard.shapes.mesh import TriangleMesh

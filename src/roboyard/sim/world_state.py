@@ -42,7 +42,7 @@ def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
 
     Inactive bodies are deleted first, so that the state fits later compiles.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     world.ensure_compiled()
     world.wrenches.find()
@@ -67,7 +67,7 @@ def restore(world: Engine[Body], state: WorldState) -> None:
     Raises:
         ModelError: bodies were added or removed since the state was saved.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     kind, kept = _kind(), world.kept_poses
     if kept is None or world.is_stale or world.pool.is_used or state.fits[0] != world.revision:
@@ -117,7 +117,7 @@ def _check(world: Engine[Body], state: WorldState, size: int) -> None:
 @cache
 def _kind() -> int:
     """Return what MuJoCo saves: everything that steps need but which constraints are active."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     return int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_EQ_ACTIVE)
 

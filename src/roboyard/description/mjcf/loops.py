@@ -25,7 +25,7 @@ def loops_of(
         shifts: body to the (3,) place of its link's frame in the body's frame (m).
         notes: gets a note for each that is omitted.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     found: list[LoopJoint] = []
     taken = {model.equality(e).name for e in range(model.neq)}

@@ -17,7 +17,7 @@ def take_textures(spec: Any, file: Path) -> dict[str, Path | None]:
         spec: the model before it is compiled; its materials and textures are changed.
         file: of the model.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     colour = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
     textures = {texture.name: texture for texture in spec.textures}
@@ -35,7 +35,7 @@ def take_textures(spec: Any, file: Path) -> dict[str, Path | None]:
 
 def _image(texture: Any, spec: Any, file: Path) -> Path | None:
     """Return the file of a flat image."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     if not texture.file or texture.type != mujoco.mjtTexture.mjTEXTURE_2D:
         return None

@@ -262,7 +262,7 @@ class PostureSampler:
         """Return (n, links, 3) positions (m) and (n, links, 3, 3) rotations of links in the root link's
         frame.
         """
-        import mujoco
+        from roboyard._mujoco import mujoco
 
         rows = [self.rows[name] for name in names]
         positions = np.empty((len(postures), len(rows), 3))

@@ -86,8 +86,7 @@ def _cover(
 
 def neighbour_overlaps(robot: RobotModel) -> dict[tuple[str, str], float]:
     """Return how deep the collision shapes of links connected by a joint overlap at rest (m)."""
-    import mujoco
-
+    from roboyard._mujoco import mujoco
     from roboyard.sim import World
 
     world = World(visual_geoms=False)

@@ -68,7 +68,7 @@ def check_urdf(robot: RobotModel, written: Path | UrdfElements) -> list[str]:
 
 def check_mjcf(robot: RobotModel, file: Path) -> list[str]:
     """Compile the MJCF with MuJoCo and compare the poses of its bodies; returns the differences."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     model = mujoco.MjModel.from_xml_path(str(file))
     data = mujoco.MjData(model)

@@ -88,7 +88,7 @@ def calculateJacobian(
         _joint_values(record, values, layout.velocity_count, _BAD_JACOBIAN)
     if not -1 <= whole(linkIndex) < record.joint_count or not len(q):
         raise failure(_BAD_JACOBIAN, f"body {record.number} has no movable joints, or no link {linkIndex}")
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     model, data = scene.world.live_model, _at(scene, record, q)
     row = record.rows[linkIndex + 1]
@@ -129,7 +129,7 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
         if record.number not in prepared:
             prepared[record.number] = None, None, *tree.prepared_masses()
         return found
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     padded, base = bool(whole(flags) & 1), None
     joints: Vector | Array = objPositions
@@ -186,7 +186,7 @@ def calculateInverseDynamics(
             if record.number not in prepared:
                 prepared[record.number] = scene, scene.parameters, *tree.prepared_efforts()
             return found
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     floating = record.free is not None
     given = [
@@ -275,7 +275,7 @@ def _all_numbers(values: Vector | Array, message: str) -> Array:
 
 def _at(scene: PhysicsScene, record: BodyRecord, q: Array, base: Array | None = None) -> Any:
     """Return scratch MjData with a body's joints at `q` and its base's inertial frame at `base` (7,)."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     scene.apply_parameters()
     data = scene.scratch_data()

@@ -122,7 +122,7 @@ def _closest_points(
     """Return the closest points of all pairs of two sides' shapes within a distance (m)."""
     if not first or not second:
         return ()
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     windows = world.windows
     has_windows = windows.is_active

@@ -18,7 +18,7 @@ def geom_margins(model: Any, hull_cylinders: Sequence[int] = (), triangles: Sequ
         hull_cylinders: rows of the MuJoCo bodies whose cylinders are hulls in Bullet.
         triangles: rows of the MuJoCo bodies whose meshes are triangles in Bullet, without margin.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     kinds = model.geom_type
     margins = np.where(kinds == int(mujoco.mjtGeom.mjGEOM_MESH), MARGIN, 0.0)

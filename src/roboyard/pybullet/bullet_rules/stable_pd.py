@@ -15,7 +15,7 @@ import numpy as np
 from roboyard.transforms import Array, conjugate, multiply
 
 if TYPE_CHECKING:
-    import mujoco
+    from roboyard._mujoco import mujoco
 
 
 @dataclass(kw_only=True, slots=True)
@@ -57,7 +57,7 @@ def stable_pd_torque(
         targets: gains and errors.
         own: all degrees of freedom of the body, whose accelerations are coupled.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     for compute in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_crb, mujoco.mj_comVel):
         compute(model, data)

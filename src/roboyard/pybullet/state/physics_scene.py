@@ -291,7 +291,7 @@ class PhysicsScene:
 
     def scratch_data(self) -> Any:
         """Return MjData of the World's model for computations that do not change the World."""
-        import mujoco
+        from roboyard._mujoco import mujoco
 
         model = self.world.live_model
         if self._scratch is None or self._scratch_revision != self.world.revision:
@@ -437,7 +437,7 @@ class PhysicsScene:
         if self.motor_revision != self.world.revision:
             return None
         if not self._wrenches_known:
-            import mujoco
+            from roboyard._mujoco import mujoco
 
             mujoco.mj_rnePostConstraint(self.world.live_model, self.world.live_data)
             self._wrenches_known = True

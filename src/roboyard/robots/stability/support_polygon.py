@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
 
 from roboyard._lazy import lazy_module
+from roboyard._mujoco import mujoco
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS
 from roboyard.robots.joint_arrays import Indices, JointArrays
 from roboyard.robots.stability.zmp import TINY, BalanceMargins

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard.description.model import (
     Box,
     Capsule,

@@ -10,10 +10,10 @@ from dataclasses import field, replace
 from typing import Any
 from weakref import WeakKeyDictionary
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.rendering.textures import as_rgba
 from roboyard.shapes.mesh import TriangleMesh, read_only

@@ -34,8 +34,7 @@ from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
 from roboyard.transforms import Array, to_wxyz
 
 if TYPE_CHECKING:
-    import mujoco
-
+    from roboyard._mujoco import mujoco
     from roboyard.sim.build.mesh_assets import MeshAssets
 
 

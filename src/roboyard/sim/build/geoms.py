@@ -27,8 +27,7 @@ from roboyard.sim.build.triangle_windows import FEWEST, add_slots, window_of, wi
 from roboyard.transforms import multiply, normalized, rotate, to_wxyz
 
 if TYPE_CHECKING:
-    import mujoco
-
+    from roboyard._mujoco import mujoco
     from roboyard.shapes.mesh import TriangleMesh
     from roboyard.sim.build.mesh_assets import MeshAssets
     from roboyard.sim.build.records import BuildOptions, BuiltLink
@@ -159,7 +158,7 @@ def geom_arguments(
 
     A mesh is its hull (`hull`), its triangles one by one (`triangles`), or the mesh itself.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     kinds = mujoco.mjtGeom
     position = np.asarray(origin.position, dtype=float) * scale
@@ -199,7 +198,7 @@ def plain_size(
     geometry: Box | Sphere | Cylinder | Capsule, scale: float
 ) -> tuple[Any, np.ndarray, np.ndarray]:
     """Return MuJoCo's type of a primitive, its sizes (3,) (m), and those that must be positive."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     kinds = mujoco.mjtGeom
     match geometry:

@@ -8,8 +8,9 @@ of stiffness 1e15, on which the solver diverges.
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
+
+from roboyard._mujoco import mujoco
 
 SHARE = 0.1
 """Least inverse weight, as a share of the one at the link's smallest radius of gyration."""

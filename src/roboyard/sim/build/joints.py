@@ -12,7 +12,7 @@ from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
 from roboyard.sim.build.solver_options import CONTACT_SOLREF, LIMIT_SOLIMP
 
 if TYPE_CHECKING:
-    import mujoco
+    from roboyard._mujoco import mujoco
 
 LIMIT_INFINITE = 1e6
 """Range (rad or m) from which a joint has no limit."""
@@ -30,7 +30,7 @@ def add_joint(
     record: BuiltLink, spec: mujoco.MjSpec, prefix: str, options: BuildOptions, built: Built
 ) -> None:
     """Add a link's joint to its body: the MuJoCo joints, limits and the drive."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     joint, body = record.joint, record.element
     assert joint is not None
@@ -79,7 +79,7 @@ def add_joint(
 
 
 def _set_limits(element: Any, joint: Joint, scale: float) -> None:
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     limits = joint.position_limits()
     element.limited = mujoco.mjtLimited.mjLIMITED_FALSE
@@ -98,7 +98,7 @@ def _set_limits(element: Any, joint: Joint, scale: float) -> None:
 
 def _add_drive(spec: mujoco.MjSpec, joint_name: str, joint: Joint) -> Any:
     """Add a PID actuator with position, velocity and feedforward inputs and zero gains."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     actuator = spec.add_actuator(name=joint_name, target=joint_name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     actuator.set_to_pid(kp=0.0, kv=0.0, ctrlspec=PID_ALL_INPUTS)
@@ -111,7 +111,7 @@ def _add_drive(spec: mujoco.MjSpec, joint_name: str, joint: Joint) -> Any:
 
 def add_mimics(built: Built, spec: mujoco.MjSpec, description: RobotDescription, prefix: str) -> None:
     """Add an equality for each joint that mimics another; a mimic without a moving source stays free."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     scalar = {record.joint.name for record in built.links if record.joint and len(record.joint_elements) == 1}
     for record in built.links:

@@ -12,7 +12,7 @@ from roboyard.sim.build.records import Built
 from roboyard.transforms import to_wxyz
 
 if TYPE_CHECKING:
-    import mujoco
+    from roboyard._mujoco import mujoco
 
 
 def add_loops(
@@ -27,7 +27,7 @@ def add_loops(
         prefix: of all names.
         scale: uniform length scale.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     bodies = {record.name: record.element for record in built.links}
     for loop in description.loops:

@@ -17,7 +17,7 @@ from roboyard.sim.build.hull_store import load_hull, store_hull
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
-    import mujoco
+    from roboyard._mujoco import mujoco
 
 _HULLS: dict[bytes, tuple[Array, np.ndarray]] = {}
 _HULLS_LIMIT = 4096
@@ -54,7 +54,7 @@ class MeshAssets:
 
     def add(self, mesh: TriangleMesh, *, hull: bool) -> str:
         """Return the name of the spec's mesh for these triangles, or their hull; count one more user."""
-        import mujoco
+        from roboyard._mujoco import mujoco
 
         vertices, faces = convex_hull(mesh, self._hull_steps) if hull else (mesh.vertices, mesh.faces)
         name = ("hull-" if hull else "mesh-") + _digest(vertices, faces).hex()[:24]
@@ -77,7 +77,7 @@ class MeshAssets:
             vertices: (n, 3) of a convex mesh (m).
             faces: (m, 3) vertex indices.
         """
-        import mujoco
+        from roboyard._mujoco import mujoco
 
         self._own += 1
         name = f"own-{self._own}"
@@ -107,7 +107,7 @@ class MeshAssets:
 
 def forget_meshes() -> None:
     """Let MuJoCo forget what it computed of meshes, where it keeps more than `MOST_KEPT`."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     cache = mujoco.mj_getCache()
     if mujoco.mj_getCacheSize(cache) > MOST_KEPT:

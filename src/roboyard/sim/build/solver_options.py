@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    import mujoco
-
+    from roboyard._mujoco import mujoco
     from roboyard.sim.physics_profile import PhysicsProfile
 
 Solver = Literal["auto", "newton", "cg"]
@@ -53,7 +52,7 @@ HARD_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 def new_spec() -> mujoco.MjSpec:
     """Return an empty spec that keeps given masses and inertias."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
@@ -82,7 +81,7 @@ def apply_options(
     MuJoCo's solver, and its search for groups of bodies that touch takes longer than it saves there; bodies
     that may sleep need it.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     option.timestep = timestep
     option.gravity = gravity
@@ -126,7 +125,7 @@ def scale_tolerance(option: Any, share: float) -> None:
         option: of an MjModel, as `apply_options` has written them.
         share: of active bodies in the inertia of all.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     if option.disableflags & int(mujoco.mjtDisableBit.mjDSBL_ISLAND):
         option.tolerance = TOLERANCE * share

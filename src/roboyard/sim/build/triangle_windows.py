@@ -119,7 +119,7 @@ def add_slots(
         count: number of slots to add.
         fields: of the spec's geoms; without any, those of the first slot.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     if not fields:
         fields = {name: getattr(window.slots[0], name) for name in _COPIED}

@@ -9,9 +9,9 @@ from __future__ import annotations
 from math import dist, hypot, sqrt
 from typing import Any
 
-import mujoco
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.description.mass_properties import MassProperties, mass_properties
 from roboyard.description.model import RGBA, Box, Capsule, Cylinder, Pose, RobotDescription, Sphere

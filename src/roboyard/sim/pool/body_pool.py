@@ -27,9 +27,9 @@ from collections import Counter, deque
 from itertools import cycle, islice
 from typing import Any
 
-import mujoco
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard.description.model import RobotDescription
 from roboyard.sim.build.bodies import discard, is_plain
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink

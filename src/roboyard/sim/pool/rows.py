@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
-import mujoco
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.build.bodies import build
 from roboyard.sim.build.records import BuildOptions, Built

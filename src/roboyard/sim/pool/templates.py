@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-import mujoco
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.description.mass_properties import MassProperties
 from roboyard.description.model import Heightfield, Mesh, Plane, RobotDescription

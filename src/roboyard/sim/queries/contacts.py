@@ -59,7 +59,7 @@ class ContactArrays:
 
 def contact_arrays(world: Engine[Body]) -> ContactArrays:
     """Return the contacts of the last step (or of the last `World.detect_contacts`)."""
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     world.ensure_compiled()
     model, data = world.live_model, world.live_data

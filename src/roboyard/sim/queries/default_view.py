@@ -6,9 +6,9 @@ import itertools
 import math
 from collections.abc import Iterable
 
-import mujoco
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard.rendering import fitted_viewpoint
 from roboyard.sim.body import Body
 from roboyard.transforms import Array

@@ -129,7 +129,7 @@ def _meet(
     Returns:
         (k,) distances (m), negative without a hit; hits beyond a ray's length may be missing.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     distances, count = np.full(len(lengths), -1.0), len(lengths)
     shapes, work = world.kept_rays.get(visual) or _keep_shapes(world, visual=visual)

@@ -13,7 +13,7 @@ from roboyard.sim.soft.rest_shape import Ints
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
-    import mujoco
+    from roboyard._mujoco import mujoco
 
 NODE_INERTIA = 1e-4
 """Moments of a node over its mass (m²); it never turns."""
@@ -57,7 +57,7 @@ def build_soft(
         shape: nodes and elements.
         hard: whether contacts are on the velocity level.
     """
-    import mujoco
+    from roboyard._mujoco import mujoco
 
     centre = np.average(shape.positions, axis=0, weights=shape.masses)
     root = spec.worldbody.add_body(name=f"{prefix}{link.name}", pos=centre)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.errors import RoboyardError, StaleHandleError
 from roboyard.sim.body import Body

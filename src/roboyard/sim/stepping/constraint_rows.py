@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import mujoco
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard.transforms import Array
 
 BOUND_ROUNDS = 3

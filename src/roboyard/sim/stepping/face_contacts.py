@@ -16,8 +16,7 @@ from array import array
 from functools import cache
 from typing import Any
 
-import mujoco
-
+from roboyard._mujoco import mujoco
 from roboyard.native.callbacks import called_by_c
 from roboyard.native.views import integers_at, numbers_at, short_numbers_at, words_at
 from roboyard.sim.mujoco_library import mujoco_library

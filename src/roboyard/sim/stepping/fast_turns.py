@@ -13,8 +13,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import mujoco
 import numpy as np
+
+from roboyard._mujoco import mujoco
 
 FAST = 10.0
 """Turning speed (rad/s) of a free base from which its steps are implicit: faster than robots turn at will."""

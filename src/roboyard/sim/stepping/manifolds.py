@@ -11,10 +11,10 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from roboyard._lazy import lazy_module
+from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine

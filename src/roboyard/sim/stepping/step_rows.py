@@ -14,9 +14,9 @@ import struct
 from functools import cache
 from typing import Any, NamedTuple
 
-import mujoco
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard.sim.stepping import step_row_kernels as kernels
 from roboyard.sim.stepping.impulses.records import Search
 from roboyard.sim.stepping.step_row_kernels import Contacts, Rows

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from math import inf
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from roboyard._lazy import lazy_module
+from roboyard._mujoco import mujoco
 from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine

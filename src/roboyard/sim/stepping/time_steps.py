@@ -6,10 +6,10 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from roboyard._lazy import LazyLogger, lazy_module
+from roboyard._mujoco import mujoco
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from roboyard._lazy import lazy_module
+from roboyard._mujoco import mujoco
 from roboyard.sim.body import Body
 from roboyard.sim.build.records import BuiltLink
 from roboyard.sim.build.triangle_windows import HALF_THICKNESS, MOST, TriangleWindow, add_slots

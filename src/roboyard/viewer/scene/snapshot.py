@@ -147,7 +147,7 @@ class PoseSender:
 
     def poses(self, model: Any, qpos: Array) -> tuple[Array, Array]:
         """Return (nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z of all bodies."""
-        import mujoco
+        from roboyard._mujoco import mujoco
 
         if model is not self._model:
             self._model, self._data = model, mujoco.MjData(model)
