@@ -51,7 +51,7 @@ class Enumeration:
         return iter(self._whole())
 
     def _whole(self) -> Any:
-        return getattr(import_module("mujoco"), self._name)
+        return getattr(import_module(_ENUMS), self._name)
 
 
 class PartsLoader(SourceFileLoader):
@@ -113,7 +113,8 @@ def _load_first(names: dict[str, Any], owner: str, name: str) -> None:
     read: Any = original.fget
 
     def get(element: Any) -> Any:
-        import_module("mujoco")
+        import_module(_ENUMS)
+        restore_getters()
         return read(element)
 
     _original[cls, name] = original
