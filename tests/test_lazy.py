@@ -8,10 +8,12 @@ import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
+from urllib.parse import unquote
 
 import pytest
 
 from roboyard._lazy import Deferred, LazyLogger, deferred, lazy_pattern
+from roboyard.untrusted.percent_codes import unquoted
 
 
 def _printed(code: str, **others: str) -> str:
@@ -149,3 +151,18 @@ def test_a_lazy_pattern_is_the_compiled_one_once_it_is_used() -> None:
     assert lazy_pattern(rb"[og]\s").findall(b"o a\ng b") == [b"o ", b"g "]
     with pytest.raises(AttributeError):
         pattern.nothing  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_pathlib_loads_the_parser_of_addresses_when_it_writes_one() -> None:
+    code = (
+        "import sys, roboyard; print('urllib.parse' in sys.modules); from pathlib import Path;"
+        "print(Path('/a b').as_uri(), 'urllib.parse' in sys.modules); import urllib.parse;"
+        "print(urllib.parse.quote('a b'), type(urllib.parse).__name__)"
+    )
+    code = f"import sys; [sys.modules.pop(name, None) for name in ('pathlib', 'urllib.parse')]; {code}"
+    assert _printed(code).split() == ["False", "file:///a%20b", "True", "a%20b", "module"]
+
+
+@pytest.mark.parametrize("text", ["a b", "a%20b", "%41%zz", "100%", "%e4"])
+def test_percent_codes_are_read_as_the_library_reads_them(text: str) -> None:
+    assert unquoted(text) == unquote(text)

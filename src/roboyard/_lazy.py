@@ -80,21 +80,31 @@ class Deferred(ModuleType):
         return getattr(_real(self.__name__), name)
 
 
+class DeferredFunctions(Deferred):
+    """The place of a module that is imported when one of its functions is first called."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # an import statement asks for them
+            raise AttributeError(name)
+        return lambda *given, **named: getattr(_real(self.__name__), name)(*given, **named)
+
+
 @contextmanager
-def deferred(*names: str) -> Iterator[list[str]]:
+def deferred(*names: str, kind: type[Deferred] = Deferred) -> Iterator[list[str]]:
     """Have modules that are imported meanwhile import others of these names only when they use them.
 
     For modules of other packages, which import at their start what programs rarely need.
 
     Args:
         names: full names of modules; those that are imported already stay as they are.
+        kind: `DeferredFunctions` where single functions are imported, which are then imported when called.
 
     Yields:
         The names that are deferred.
     """
     modules: dict[str, Any] = sys.modules
     waiting = [name for name in names if name not in modules]
-    modules.update({name: Deferred(name) for name in waiting})
+    modules.update({name: kind(name) for name in waiting})
     try:
         yield waiting
     finally:
@@ -109,6 +119,9 @@ def _real(name: str) -> Any:
         del sys.modules[name]
     return import_module(name)
 
+
+with deferred("urllib.parse", kind=DeferredFunctions):  # for Path.as_uri alone
+    import pathlib as pathlib
 
 _has_frozen = False
 

@@ -13,8 +13,8 @@ from typing import Any
 from roboyard._lazy import Deferred, deferred
 
 _PACKAGES = ("ctypeslib", "fft", "ma", "polynomial", "random")
-_UNUSED = ("ast", "pickle")
-"""Modules that NumPy imports for files of arrays."""
+_UNUSED = ("ast", "pickle", "platform", "textwrap")
+"""Modules that NumPy imports for files of arrays, and for texts about itself."""
 
 
 def load_numpy() -> None:

@@ -9,11 +9,11 @@ import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
-from urllib.parse import unquote
 
 from roboyard.shapes.readers.references import NAME_PATTERNS, named_files
 from roboyard.untrusted.files import read_file
 from roboyard.untrusted.json_reading import parse_json
+from roboyard.untrusted.percent_codes import unquoted
 
 _MAX_BYTES = 512 << 20
 
@@ -100,7 +100,7 @@ def _bare_names(files: Iterable[Path], taken: str) -> dict[Path, str]:
 
 def _copy_rewritten(source: Path, target: Path, bare_names: dict[str, str]) -> None:
     """Copy a file; the names in it that are not bare become bare."""
-    changed = {name: bare for name, bare in bare_names.items() if unquote(name) != bare}
+    changed = {name: bare for name, bare in bare_names.items() if unquoted(name) != bare}
     suffix = source.suffix.lower()
     pattern = NAME_PATTERNS.get(suffix)
     if not changed or (pattern is None and suffix != ".gltf"):

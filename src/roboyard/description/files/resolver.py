@@ -28,7 +28,6 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from urllib.parse import unquote
 
 from roboyard._lazy import lazy_pattern
 from roboyard._records import dataclass
@@ -42,6 +41,7 @@ from roboyard.description.files.workspaces import (
 )
 from roboyard.shapes.readers.external_files import MESH_FOLDER
 from roboyard.untrusted.files import check_file
+from roboyard.untrusted.percent_codes import unquoted
 
 MAX_BYTES = 512 * 1024 * 1024
 """Largest file that is handed to another reader (bytes)."""
@@ -178,7 +178,7 @@ class Resolver:
         package = self._folders.package
         if package is None:
             return None
-        path = unquote(rest).replace("\\", "/")
+        path = unquoted(rest).replace("\\", "/")
         absolute = scheme == "file" or path.startswith("/") or _DRIVE.match(path) is not None
         deep = package != self.base or (package / "package.xml").is_file()
         found = moved_file(package, path, deep=deep, least=1 if absolute else LEAST_SHARED)
@@ -318,7 +318,7 @@ def _real_base(file: Path) -> Path | None:
 def _spellings(rest: str) -> Iterator[tuple[str, str | None]]:
     """The path as written, then with percent codes and backslashes read as exporters mean them."""
     yield rest, None
-    decoded = unquote(rest)
+    decoded = unquoted(rest)
     if decoded != rest and "\0" not in decoded:
         yield decoded, None
     if "\\" in rest:

@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock, local
 from typing import TYPE_CHECKING
-from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from roboyard._lazy import LazyLogger, lazy_pattern
 from roboyard.shapes.mesh import shared
 from roboyard.untrusted.files import is_inside, read_file
+from roboyard.untrusted.percent_codes import unquoted
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -64,7 +64,7 @@ def find_external_file(mesh_file: Path, name: str) -> Path | None:
     asked = getattr(_asked, "names", None)
     if asked is not None:
         asked.append((mesh_file, name))
-    text = unquote(name.strip().removeprefix("file://")).replace("\\", "/")
+    text = unquoted(name.strip().removeprefix("file://")).replace("\\", "/")
     if not text or "\0" in text:
         return None
     root = mesh_file.absolute().parent
