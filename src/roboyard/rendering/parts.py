@@ -6,9 +6,11 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import lru_cache
+from time import monotonic
 from typing import TypeVar
 
-from roboyard._threads import thread_count
+from roboyard._threads import VARIABLE, thread_count
 
 T = TypeVar("T")
 
@@ -20,6 +22,10 @@ TRIED_AGAIN = 24
 """Pictures from one that is drawn the other way to the next."""
 NEWEST = 0.3
 """Weight of the newest picture in the mean time."""
+MOST_SLOWER = 1.5
+"""Most that a picture's time may be of the mean before: other programs interrupt single pictures."""
+WORTH_IT = 0.95
+"""Largest share of the time of one part for which several are worth the work of further cores."""
 
 _pool: ThreadPoolExecutor | None = None
 
@@ -31,6 +37,18 @@ def part_count(pixels: int) -> int:
     """
     if pixels < LEAST_PIXELS or threading.current_thread() is not threading.main_thread():
         return 1
+    return _threads(os.environ.get(VARIABLE), int(monotonic()))
+
+
+@lru_cache(1)
+def _threads(given: str | None, second: int) -> int:
+    """Return the number of threads, asked for once a second: the system's answer takes as long as a row.
+
+    Args:
+        given: text of the environment variable that it depends on.
+        second: of the clock.
+    """
+    del given, second
     return thread_count(MOST)
 
 
@@ -52,7 +70,7 @@ class Pace:
             return most
         if 1 not in self._seconds:
             return 1
-        several = self._seconds[most] <= self._seconds[1]
+        several = self._seconds[most] <= WORTH_IT * self._seconds[1]
         if self._drawn % TRIED_AGAIN == 0:
             several = not several
         return most if several else 1
@@ -61,6 +79,7 @@ class Pace:
         """Note how long a picture took; the first is not counted: it may have compiled loops."""
         if self._drawn > 1:
             before = self._seconds.get(parts, seconds)
+            seconds = min(seconds, MOST_SLOWER * before)
             self._seconds[parts] = before + NEWEST * (seconds - before)
 
 

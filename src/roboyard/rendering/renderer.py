@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -19,6 +20,7 @@ Background = RGB | tuple[float, float, float, float] | Backdrop
 Backend = Literal["auto", "software", "gl"]
 
 DEFAULT_LIGHT = Light()
+_FRAMES_KEY = "frames"
 
 
 def render(
@@ -68,7 +70,7 @@ def render(
         raise ValueError(f'backend must be "auto", "software" or "gl", got {backend!r}')
     if samples not in (1, 4):
         raise ValueError(f"samples must be 1 or 4, got {samples}")
-    if not np.linalg.norm(light.direction) > 0:
+    if not math.hypot(*light.direction) > 0:
         raise ValueError(f"light.direction is {light.direction}; point it from the scene towards the sun")
     rgb = None if colors is None else _colors(scene, colors, backend)
     all_lines = _joined_lines(scene.lines, lines)
@@ -96,10 +98,18 @@ def _frames(scene: RenderScene, positions: ArrayLike, rotations: ArrayLike) -> t
         raise ValueError(
             f"frames must have shapes (n, 3) and (n, 3, 3), got {xpos.shape} and {np.shape(rotations)}"
         )
-    needed = max((shape.frame for shape in scene.shapes), default=-1) + 1
+    needed = _frame_count(scene)
     if needed > len(xpos):
         raise ValueError(f"the scene's shapes use {needed} frames, got {len(xpos)}")
     return xpos, xmat.reshape(-1, 3, 3)
+
+
+def _frame_count(scene: RenderScene) -> int:
+    known = scene.extra.get(_FRAMES_KEY)
+    if not isinstance(known, tuple) or known[0] is not scene.shapes or known[1] != scene.revision:
+        needed = max((shape.frame for shape in scene.shapes), default=-1) + 1
+        known = scene.extra[_FRAMES_KEY] = scene.shapes, scene.revision, needed
+    return known[2]
 
 
 def _colors(scene: RenderScene, colors: ArrayLike, backend: str) -> np.ndarray:

@@ -77,6 +77,8 @@ class SceneArrays:
     each), first face and first vertex of the mesh."""
     most_vertices: int
     """Vertices of the largest mesh."""
+    textured: bool
+    """Whether any instance has a texture."""
 
 
 def scene_arrays(scene: RenderScene) -> SceneArrays:
@@ -220,6 +222,7 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
         materials=materials,
         links=links,
         most_vertices=max((len(m.vertices) for m in meshes), default=0),
+        textured=bool((links[:, 2] >= 0).any()),
     )
 
 

@@ -96,18 +96,17 @@ def cast(
     )  # fmt: skip
     if not count:
         return NO_SHADOW
-    low[:2], high[:2] = visible
-    extent = np.array([_steady(side) for side in high[:2] - low[:2]])
+    (left, bottom), (right, top) = visible.tolist()
+    extent = max(_steady(right - left), _steady(top - bottom))
     # texels slightly larger than the pixels that show them: the filter spans three texels
     origins, directions = rays
-    pixel = np.linalg.norm(origins[1] + total[0] / count * directions[1])
-    size = _map_size(float(extent.max() / (TEXEL * pixel)))
-    texel = float(extent.max()) / (size - 2 * MARGIN - 1)
+    x, y, z = (origins[1] + total[0] / count * directions[1]).tolist()
+    size = _map_size(extent / (TEXEL * math.sqrt(x * x + y * y + z * z)))
+    texel = extent / (size - 2 * MARGIN - 1)
     # whole texels of a fixed grid, so that edges do not flicker when the bounds change slightly
-    middle = np.floor(0.5 * (low[:2] + high[:2]) / texel)
+    middle = math.floor(0.5 * (left + right) / texel), math.floor(0.5 * (bottom + top) / texel)
     matrix[:2] /= texel
-    matrix[:2, 3] = 0.5 * size - middle
-    matrix[2, 3] = -0.5 * (low[2] + high[2])
+    matrix[:, 3] = 0.5 * size - middle[0], 0.5 * size - middle[1], -0.5 * (low[2] + high[2])
     screens = matrix[None, :, :3] @ to_world
     screens[:, :, 3] += matrix[:, 3]
     shares = enumerate(_split(draws, parts))

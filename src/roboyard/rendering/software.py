@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from functools import partial
+from functools import lru_cache, partial
 from time import perf_counter
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,66 @@ def _depth_of(nearness: float) -> float:
     return 1.0 / nearness if nearness > 0.0 else math.inf
 
 
+class _Sight(NamedTuple):
+    """What follows from a camera alone."""
+
+    perspective: bool
+    near: float
+    far: float
+    q_near: float
+    """Nearness of the least depth."""
+    q_far: float
+    """Nearness of the largest depth."""
+    pixels: Array
+    """(3, 4) `Camera.pixel_matrix`."""
+    origins: Array
+    """(3, 3) origins of rays: that of pixel (0, 0), and its change a column and a row (m)."""
+    directions: Array
+    """(3, 3) directions of rays, likewise."""
+
+
+@lru_cache(16)
+def _sight(camera: Camera) -> _Sight:
+    """Return what follows from a camera, which many pictures are taken with."""
+    perspective, near, far = camera.is_perspective, camera.near, camera.far
+    pixels = camera.pixel_matrix
+    inverse = inverse_3x3(pixels[:, :3])
+    origins, directions = np.zeros((3, 3)), np.zeros((3, 3))
+    origins[0] = -inverse @ pixels[:, 3]
+    if perspective:
+        directions[:] = inverse[:, 2], inverse[:, 0], inverse[:, 1]
+    else:
+        directions[0] = inverse[:, 2]
+        origins[1:] = inverse[:, 0], inverse[:, 1]
+    q_far = _least_nearness(near, far, is_perspective=perspective)
+    return _Sight(
+        perspective=perspective,
+        near=near,
+        far=_depth_of(q_far) if perspective else -q_far,
+        q_near=1.0 / near if perspective else -near,
+        q_far=q_far,
+        pixels=pixels,
+        origins=origins,
+        directions=directions,
+    )
+
+
+def _lamp(light: Light) -> tuple[Array, Array]:
+    """Return the (3,) unit vector to the sun and the (13,) numbers of `Sunlight`."""
+    to_sun = np.asarray(light.direction, dtype=float)
+    to_sun = to_sun / np.linalg.norm(to_sun)
+    lamp = np.array(
+        [
+            *(*to_sun, *light.color, light.ambient, light.diffuse, light.specular, light.sky, light.leak),
+            *(light.gloss, 1e-3 if light.rounds_down else 0.5),
+        ]
+    )
+    return to_sun, lamp
+
+
+_known_lamp = lru_cache(16)(_lamp)
+
+
 class _Frame:
     """Matrices and buffers of one picture."""
 
@@ -60,23 +121,13 @@ class _Frame:
         self.camera = camera
         self.to_world = to_world
         self.width, self.height = camera.width, camera.height
-        self.perspective = camera.is_perspective
-        near, far = camera.near, camera.far
-        self.q_far = _least_nearness(near, far, is_perspective=self.perspective)
-        self.near, self.far = near, _depth_of(self.q_far) if self.perspective else -self.q_far
-        self.q_near = 1.0 / near if self.perspective else -near
-        pixels = camera.pixel_matrix
-        self.pixels = pixels
-        self.screens = pixels[None, :, :3] @ to_world
-        self.screens[:, :, 3] += pixels[:, 3]
-        inverse = inverse_3x3(pixels[:, :3])
-        self.origins, self.directions = np.zeros((3, 3)), np.zeros((3, 3))
-        self.origins[0] = -inverse @ pixels[:, 3]
-        if self.perspective:
-            self.directions[:] = inverse[:, 2], inverse[:, 0], inverse[:, 1]
-        else:
-            self.directions[0] = inverse[:, 2]
-            self.origins[1:] = inverse[:, 0], inverse[:, 1]
+        sight = _sight(camera)
+        self.perspective = sight.perspective
+        self.near, self.far = sight.near, sight.far
+        self.q_near, self.q_far = sight.q_near, sight.q_far
+        self.pixels, self.origins, self.directions = sight.pixels, sight.origins, sight.directions
+        self.screens = self.pixels[None, :, :3] @ to_world
+        self.screens[:, :, 3] += self.pixels[:, 3]
         self.nothing = np.zeros(1, dtype=np.float32)
         self.parts = parts
         self.bands = self._bands() if parts > 1 else [(0, self.height)]
@@ -285,20 +336,16 @@ def _color(
     """Return (pixels, 4) RGBA; writes depth and owners of the nearest surfaces to `described`."""
     arrays, width, height = frame.arrays, frame.width, frame.height
     surface = _front(frame, seen, nearness)
-    to_sun = np.asarray(light.direction, dtype=float)
-    to_sun = to_sun / np.linalg.norm(to_sun)
+    try:
+        to_sun, lamp = _known_lamp(light)
+    except TypeError:  # its vectors are lists or arrays
+        to_sun, lamp = _lamp(light)
     cast = shadows.NO_SHADOW
     if shadow and light.diffuse > 0.0:
         cast = shadows.cast(
             arrays, frame.to_world, to_sun, *surface, width, height, frame.perspective,
             (frame.origins, frame.directions), frame.parts,
         )  # fmt: skip
-    lamp = np.array(
-        [
-            *(*to_sun, *light.color, light.ambient, light.diffuse, light.specular, light.sky, light.leak),
-            *(light.gloss, 1e-3 if light.rounds_down else 0.5),
-        ]
-    )
     sun = Sunlight(lamp, cast.nearness, cast.tiles, cast.size, cast.matrix, cast.texel, cast.shaded)
     view = View(width, height, frame.perspective, frame.origins, frame.directions)
     instances = Instances(frame.to_world, to_local, arrays.materials, arrays.links)
@@ -308,7 +355,7 @@ def _color(
     layered = surface[0] is not seen
     front = np.zeros((width * height if layered else 1, 4), dtype=np.float32)
 
-    textured = bool((arrays.links[:, 2] >= 0).any())
+    textured = arrays.textured
     words = buffer("paint", (width * height if textured else 1,), np.uint32)
 
     if textured:
