@@ -166,3 +166,21 @@ def test_pathlib_loads_the_parser_of_addresses_when_it_writes_one() -> None:
 @pytest.mark.parametrize("text", ["a b", "a%20b", "%41%zz", "100%", "%e4"])
 def test_percent_codes_are_read_as_the_library_reads_them(text: str) -> None:
     assert unquoted(text) == unquote(text)
+
+
+def test_paths_of_elements_are_found_after_a_start_without_their_module() -> None:
+    code = (
+        "import sys, roboyard.description; print('xml.etree.ElementPath' in sys.modules);"
+        "import xml.etree.ElementTree as ET; tree = ET.fromstring('<a><b><c x=\"1\"/></b></a>');"
+        "print(tree.find('b/c').get('x'), len(list(tree.iterfind('.//c'))))"
+    )
+    assert _printed(code).split() == ["False", "1", "1"]
+
+
+def test_modules_from_the_stored_file_name_the_bytecode_that_python_would_write() -> None:
+    code = (
+        "import sys, roboyard, roboyard.paths, roboyard.sim; from importlib.util import cache_from_source;"
+        "print(all(m.__spec__.cached == m.__cached__ == cache_from_source(m.__spec__.origin)"
+        " for n, m in sys.modules.items() if n.startswith('roboyard')))"
+    )
+    assert [_printed(code) for _ in range(2)] == ["True", "True"]

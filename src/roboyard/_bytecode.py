@@ -30,6 +30,8 @@ _NUMBER = 8
 """Bytes of each of the two numbers after the head: sizes of the file, and of the table at its end."""
 _FIRST = len(_HEAD) + 2 * _NUMBER
 """Where the first module's bytecode is."""
+_CACHED_AS = "" if sys.flags.optimize or sys.pycache_prefix else f".{sys.implementation.cache_tag}.pyc"
+"""How the names of Python's own files of bytecode end; an empty text where these are in other places."""
 _OTHERS_MAY_WRITE = 0o022
 _MANY = 16
 """Modules and texts beyond the file for which it is written again where Python stores bytecode itself."""
@@ -100,6 +102,9 @@ class StoredModules:
         loader = StoredLoader(name, source, self, self.content[start:end])
         spec = ModuleSpec(name, loader, origin=source, is_package=is_package)
         spec.has_location = True
+        if _CACHED_AS:  # else Python computes it, which takes longer than all of this
+            stem = "__init__" if is_package else name.rpartition(".")[2]
+            spec.cached = f"{folder}{os.sep}__pycache__{os.sep}{stem}{_CACHED_AS}"
         if is_package:
             spec.submodule_search_locations = [folder]
         return spec

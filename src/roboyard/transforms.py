@@ -10,7 +10,8 @@ from __future__ import annotations
 from math import inf, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+
+from roboyard._arrays import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ SOURCE = ROOT / "src"
 PACKAGE = "roboyard"
 
 LAYERS = (
-    ("errors", "_bytecode", "_digests", "_lazy", "_numba", "_threads", "_version", "untrusted"),
+    ("errors", "_arrays", "_bytecode", "_digests", "_lazy", "_numba", "_threads", "_version", "untrusted"),
     ("_mujoco_parts", "_records"),
     ("_mujoco", "_numpy"),
     ("transforms", "paths", "config", "assets", "native", "pybullet_data"),

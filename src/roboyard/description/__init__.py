@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from roboyard._lazy import deferred
+
+with deferred("xml.etree.ElementPath"):  # for paths to elements, which few readers ask for
+    import xml.etree.ElementTree as ElementTree  # noqa: F401
+
 from roboyard.description.files.resolver import Resolved, Resolver
 from roboyard.description.loader import load_description
 from roboyard.description.model import (

@@ -6,8 +6,8 @@ from functools import lru_cache
 from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.kinematics.chain import ChainArrays
 from roboyard.transforms import Array
 

@@ -6,8 +6,8 @@ import threading
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.kinematics.chain import ChainArrays
 from roboyard.transforms import Array
 

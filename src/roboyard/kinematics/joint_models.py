@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Container
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard._records import dataclass
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.errors import DescriptionError, unknown_name

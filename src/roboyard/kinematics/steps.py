@@ -6,8 +6,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard._lazy import lazy_module
 from roboyard.kinematics._inputs import joint_vector, read_targets, task_weights
 from roboyard.kinematics._work import work_space

@@ -53,7 +53,7 @@ def _depth_of(nearness: float) -> float:
     return 1.0 / nearness if nearness > 0.0 else math.inf
 
 
-class _Sight(NamedTuple):
+class _Optics(NamedTuple):
     """What follows from a camera alone."""
 
     perspective: bool
@@ -72,7 +72,7 @@ class _Sight(NamedTuple):
 
 
 @lru_cache(16)
-def _sight(camera: Camera) -> _Sight:
+def _optics(camera: Camera) -> _Optics:
     """Return what follows from a camera, which many pictures are taken with."""
     perspective, near, far = camera.is_perspective, camera.near, camera.far
     pixels = camera.pixel_matrix
@@ -85,7 +85,7 @@ def _sight(camera: Camera) -> _Sight:
         directions[0] = inverse[:, 2]
         origins[1:] = inverse[:, 0], inverse[:, 1]
     q_far = _least_nearness(near, far, is_perspective=perspective)
-    return _Sight(
+    return _Optics(
         perspective=perspective,
         near=near,
         far=_depth_of(q_far) if perspective else -q_far,
@@ -121,11 +121,11 @@ class _Frame:
         self.camera = camera
         self.to_world = to_world
         self.width, self.height = camera.width, camera.height
-        sight = _sight(camera)
-        self.perspective = sight.perspective
-        self.near, self.far = sight.near, sight.far
-        self.q_near, self.q_far = sight.q_near, sight.q_far
-        self.pixels, self.origins, self.directions = sight.pixels, sight.origins, sight.directions
+        optics = _optics(camera)
+        self.perspective = optics.perspective
+        self.near, self.far = optics.near, optics.far
+        self.q_near, self.q_far = optics.q_near, optics.q_far
+        self.pixels, self.origins, self.directions = optics.pixels, optics.origins, optics.directions
         self.screens = self.pixels[None, :, :3] @ to_world
         self.screens[:, :, 3] += self.pixels[:, 3]
         self.nothing = np.zeros(1, dtype=np.float32)

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._bytecode import user_cache
 from roboyard._digests import blake2b
 from roboyard.untrusted.arrays import ArraysError, read_arrays

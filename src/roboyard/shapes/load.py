@@ -16,8 +16,8 @@ from pathlib import Path
 from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard._digests import blake2b
 from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh, read_only

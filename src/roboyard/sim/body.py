@@ -8,8 +8,8 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard._mujoco import mujoco
 from roboyard.description.model import JointType, RobotDescription
 from roboyard.errors import RoboyardError, StaleHandleError, unknown_name

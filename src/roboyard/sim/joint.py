@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.description.model import JointType, Limit
 from roboyard.errors import RoboyardError
 from roboyard.kinematics.joint_models import POSITION_SIZE, VELOCITY_SIZE

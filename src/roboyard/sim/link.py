@@ -7,8 +7,8 @@ from math import isfinite
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.description.mass_properties import TRACE_NOTE, MassProperties, mass_properties
 from roboyard.description.model import Inertial
 from roboyard.sim.build.masses import write_mass

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard._lazy import lazy_pattern
 from roboyard._mujoco import mujoco
 from roboyard.description.model import RobotDescription

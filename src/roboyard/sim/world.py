@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from numpy.typing import ArrayLike
-
+from roboyard._arrays import ArrayLike
 from roboyard._mujoco import mujoco
 from roboyard.description.model import RGBA, RobotDescription
 from roboyard.errors import RoboyardError, unknown_name

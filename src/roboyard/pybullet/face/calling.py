@@ -122,10 +122,10 @@ def _documentation(function: types.FunctionType) -> str:
     text = function.__doc__
     if not text or "\n" not in text:
         return text or ""
-    import textwrap
-
-    first, _, rest = text.partition("\n")
-    return f"{first.lstrip()}\n{textwrap.dedent(rest).rstrip()}"
+    first, *lines = text.split("\n")
+    margin = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
+    rest = "\n".join(line[margin:] if line.strip() else "" for line in lines)
+    return f"{first.lstrip()}\n{rest.rstrip()}"
 
 
 class _BuiltinProxy:

@@ -7,8 +7,8 @@ from time import monotonic
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._records import dataclass
 from roboyard.pybullet.state.ids import Counter
 

@@ -13,8 +13,8 @@ from threading import Lock, local
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._lazy import LazyLogger, lazy_pattern
 from roboyard.shapes.mesh import shared
 from roboyard.untrusted.files import is_inside, read_file

@@ -11,8 +11,8 @@ import struct
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard._lazy import lazy_module
 from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body

@@ -7,9 +7,9 @@ import typing
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 import roboyard.sim.queries.shape_rays as shape_rays
+from roboyard._arrays import ArrayLike
 from roboyard._records import dataclass
 from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body

@@ -6,8 +6,8 @@ import math
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.errors import RoboyardError, StaleHandleError

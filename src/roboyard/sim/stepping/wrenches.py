@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
