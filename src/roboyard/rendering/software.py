@@ -54,7 +54,7 @@ def _depth_of(nearness: float) -> float:
 
 
 class _Optics(NamedTuple):
-    """What follows from a camera alone."""
+    """Numbers and matrices of a camera alone."""
 
     perspective: bool
     near: float
@@ -73,7 +73,7 @@ class _Optics(NamedTuple):
 
 @lru_cache(16)
 def _optics(camera: Camera) -> _Optics:
-    """Return what follows from a camera, which many pictures are taken with."""
+    """Return the numbers and matrices of a camera, which many pictures are taken with."""
     perspective, near, far = camera.is_perspective, camera.near, camera.far
     pixels = camera.pixel_matrix
     inverse = inverse_3x3(pixels[:, :3])
