@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from roboyard._lazy import lazy_module
-from roboyard._mujoco import mujoco
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
