@@ -26,9 +26,8 @@ def setCollisionFilterPair(
     b = scene.link(whole(bodyUniqueIdB), whole(linkIndexB))
     if a is not None and b is not None and a is not b:
         first, second = (bodyUniqueIdA, linkIndexA), (bodyUniqueIdB, linkIndexB)
-        scene.last_step.keep()
         scene.filters.set_pair(first, second, bool(whole(enableCollision)))
-        scene.last_step.remove_links(first, second)
+        scene.last_step.filtered.update((first, second))
 
 
 @command()
@@ -39,6 +38,5 @@ def setCollisionFilterGroupMask(
     scene = client.scene
     if scene.link(whole(bodyUniqueId), whole(linkIndexA)) is not None:
         place = bodyUniqueId, linkIndexA
-        scene.last_step.keep()
         scene.filters.set_group(place, whole(collisionFilterGroup), whole(collisionFilterMask))
-        scene.last_step.remove_links(place)
+        scene.last_step.filtered.add(place)

@@ -19,12 +19,16 @@ ANY_LINK = -2
 
 def touching(scene: Any) -> Iterable[Contact]:
     """Return each contact's links in Bullet's order and getContactPoints fields from point on A."""
-    kept = scene.last_step.contacts
-    if kept is not None:
-        return kept
-    if scene.world.is_stale or scene.world.live_data.ncon == 0:
+    last = scene.last_step
+    if last.contacts is not None:
+        found: Iterable[Contact] = last.contacts
+    elif scene.world.is_stale or scene.world.live_data.ncon == 0:
         return ()
-    return _touching(scene)
+    else:
+        found = _touching(scene)
+    if last.filtered:
+        return [row for row in found if last.filtered.isdisjoint(row[0])]
+    return found
 
 
 def _touching(scene: Any) -> Iterator[Contact]:
@@ -97,6 +101,9 @@ class LastStep:
         self._scene = scene
         self.contacts: list[Contact] | None = None
         """Kept contacts; None where MuJoCo's arrays have them."""
+        self.filtered: set[Place] = set()
+        """Links whose contacts are forgotten: a new filter lets Bullet find their pairs again in the next
+        step."""
 
     def keep(self) -> None:
         """Keep what MuJoCo's arrays hold of the last step, before these are replaced."""
@@ -128,19 +135,16 @@ class LastStep:
     def drop(self) -> None:
         """Forget kept contacts: MuJoCo's arrays have newer ones."""
         self.contacts = None
+        self.filtered.clear()
 
     def restore(self, saved: Sequence[Contact]) -> None:
         """Take the contacts of a saved state; without any, Bullet leaves the present ones."""
         if not saved:
             self.contacts = self._present()
             return
+        self.filtered.clear()
         bodies = self._scene.bodies
         self.contacts = [row for row in saved if row[0][0][0] in bodies and row[0][1][0] in bodies]
-
-    def remove_links(self, *places: Place) -> None:
-        """Forget the contacts of links: a new filter lets Bullet find their pairs again in the next step."""
-        if self.contacts:
-            self.contacts = [row for row in self.contacts if not any(place in row[0] for place in places)]
 
     def remove_body(self, number: int) -> None:
         """Forget the contacts of a body."""

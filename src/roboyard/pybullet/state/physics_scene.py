@@ -486,7 +486,10 @@ class PhysicsScene:
             world.step()
         self.frames_are_old = False
         self.frames_revision = self.motor_revision = world.revision
-        self.last_step.contacts = None
+        last = self.last_step
+        last.contacts = None
+        if last.filtered:
+            last.filtered.clear()
         self._motor_forces = None
         self._wrenches_known = False
 
