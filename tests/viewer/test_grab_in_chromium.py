@@ -99,6 +99,14 @@ class Mouse:
         self.send("mouseReleased", *self.last, button="left", clickCount=1)
 
 
+def reset(script: Script) -> None:
+    """Reset the world, and wait until its thread has done so; until then it may be as a test waits for."""
+    done = threading.Event()
+    script.viewer.bar.controls.reset()
+    script.viewer.gate.do(done.set)
+    until(done.is_set)
+
+
 def test_a_cube_is_lifted_and_falls(tmp_path: Path) -> None:
     script = Script()
     page = chromium.Page(script.viewer.url, tmp_path / "profile", (1280, 800))
@@ -111,12 +119,12 @@ def test_a_cube_is_lifted_and_falls(tmp_path: Path) -> None:
         mouse.release()
         until(lambda: script.cube.position[2] < 0.11)
         until(lambda: not script.viewer.server.scene.get_handle_by_name("/roboyard pull"))
-        script.viewer.bar.controls.reset()  # back to where the page shows it
+        reset(script)
         until(lambda: abs(script.cube.position[0]) < 1e-3 and script.cube.position[2] < 0.11)
         # reset while it is held, which adds a constraint to the world
         mouse.drag(script.cube.position, (0, -250), script.viewer.grab)
         until(lambda: script.cube.position[2] > 0.125)
-        script.viewer.bar.controls.reset()
+        reset(script)
         until(lambda: not script.viewer.grab.is_holding)
         until(lambda: abs(script.cube.position[0]) < 1e-3 and script.cube.position[2] < 0.11)
     finally:

@@ -166,6 +166,41 @@ def test_a_drag_that_begins_while_a_step_looks_for_one_is_not_lost(viewer: Viewe
     assert grab.is_holding
 
 
+def test_a_dropped_drag_comes_back_with_the_next_press_only(viewer: Viewer) -> None:
+    """A reset drops a drag of which its page knows nothing: motions of the mouse that follow pull nothing."""
+    world = viewer.world
+    box, grab = world.bodies[1], Grab()
+
+    def drag(phase: Any) -> None:
+        at = {"grip": (0.0, 0.0, 0.2), "target": (0.0, 0.0, 0.5)}
+        grab.on_drag(Drag(phase=phase, owner=(box.id, 0), client=1, **at))
+        grab.apply(world, world.timestep)
+
+    drag("start")
+    assert grab.is_holding
+    grab.release(world)
+    drag("update")
+    assert grab.drag is None and not grab.is_holding and not world.constraints.all
+    drag("start")
+    drag("update")
+    assert grab.is_holding
+
+
+def test_a_drag_that_goes_on_while_it_is_released_is_released(viewer: Viewer) -> None:
+    world = viewer.world
+    box, grab = world.bodies[1], SlowGrab()
+    start, update = (
+        Drag(phase=phase, owner=(box.id, 0), grip=(0.0, 0.0, 0.2), target=(0.0, 0.0, 0.5), client=1)
+        for phase in ("start", "update")
+    )
+    grab.on_drag(start)
+    grab.apply(world, world.timestep)
+    assert grab.is_holding
+    grab.begin = lambda: grab.on_drag(update)
+    grab.release(world)
+    assert not grab.is_holding and not world.constraints.all
+
+
 def test_forces_switched_on_while_the_window_is_updated_are_shown(
     monkeypatch: pytest.MonkeyPatch, browser: Any, wait: Any
 ) -> None:

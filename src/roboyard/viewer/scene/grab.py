@@ -63,9 +63,15 @@ class Grab:
         return self._fresh
 
     def on_drag(self, drag: Drag) -> None:
-        """Store a drag event; only one page at a time can drag."""
+        """Store a drag event; only one page at a time can drag.
+
+        A page does not know of a drag that was dropped: its updates count no more until the button is
+        pressed again.
+        """
         with self._lock:
             before = self._wanted
+            if before is None and drag.phase != "start":
+                return
             if before is not None and before.client != drag.client:
                 return
             if drag.phase == "end":
@@ -105,8 +111,9 @@ class Grab:
 
     def release(self, world: World) -> None:
         """End the drag and remove the constraint now."""
-        self.drop()
-        self.apply(world, world.timestep)
+        with self._lock:  # else a press in between would be attached
+            self.drop()
+            self.apply(world, world.timestep)
 
     def arrow(self) -> Array | None:
         """Return (1, 2, 3) the grabbed point and the mouse, world frame (m); None: nothing is held."""
