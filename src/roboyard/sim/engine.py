@@ -407,6 +407,8 @@ class Engine(Generic[BodyT]):
         slots = [geom.id for record in records for window in record.windows for geom in window.slots]
         if slots and not self.hard_contacts:  # bodies rest on the triangles, inside the prisms
             model.geom_margin[slots], model.geom_gap[slots] = -HALF_THICKNESS, HALF_THICKNESS
+        model.body_margin[:] = 0.0  # pairs of bodies with several shapes are looked at within these alone
+        np.maximum.at(model.body_margin, model.geom_bodyid, model.geom_margin + model.geom_gap)
 
     def kinematics(self) -> Any:
         """Return the MjData with positions (xpos, xipos, geom_xpos, ...) that agree with qpos."""
