@@ -37,6 +37,8 @@ class Client:
         """
         self.method = method
         self.search_path: Path | None = None
+        self.named_folders: dict[Path, None] = {}
+        """Folders that the script searched or loaded a file from; its later files may name meshes there."""
         self.parameters = EngineParameters()
         self.debug_items = DebugItems()
         self.visualizer = VisualizerCamera()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache, partial
 from pathlib import Path
-from posixpath import dirname
+from posixpath import dirname, expanduser
 from typing import TYPE_CHECKING
 
 from roboyard._lazy import lazy_module
@@ -36,6 +36,8 @@ _soft_reader = lazy_module("roboyard.pybullet.readers.deformable")
 _BEGINNING = 65536
 """Bytes of a URDF file in which soft bodies are looked for."""
 _CACHE_SIZE = 64
+_NAMED_FOLDERS = 64
+"""Folders of files that a client remembers."""
 _cache: dict[tuple[Path, int, int], RobotDescription] = {}
 """Parsed files by path, modification time and size."""
 
@@ -46,7 +48,10 @@ _folder = lru_cache(maxsize=16)(Path)
 @command()
 def setAdditionalSearchPath(client: Client, path: str) -> None:
     """Set the folder where files are searched after the working directory; it replaces the previous one."""
-    client.search_path = _folder(text(path))
+    folder = _folder(text(path))
+    if folder is not client.search_path:
+        client.search_path = folder
+        _note_folder(client, folder)
 
 
 @command(name="loadURDF", is_public=False)
@@ -240,8 +245,24 @@ def _existing(client: Client, name: str, message: str) -> Path:
     path = find_file(client.search_path, text(name), client.mounts)
     if path is None:
         raise failure(message, not_found_remedy(client.search_path, name))
+    _note_folder(client, path.parent)
     return path
 
 
 def _search_paths(client: Client) -> list[Path]:
-    return [client.search_path.absolute()] if client.search_path else []
+    """Return the folders whose meshes a file may name, by absolute paths too.
+
+    Programs write files into a temporary folder that name the meshes of others, which they loaded before.
+    """
+    given = [client.search_path.absolute()] if client.search_path else []
+    return [*given, *client.named_folders]
+
+
+def _note_folder(client: Client, folder: Path) -> None:
+    """Remember a folder that the script has named, unless all of the user's files are below it."""
+    folder, named = folder.absolute(), client.named_folders
+    if folder in named or Path(expanduser("~")).is_relative_to(folder):
+        return
+    while len(named) >= _NAMED_FOLDERS:
+        del named[next(iter(named))]
+    named[folder] = None
