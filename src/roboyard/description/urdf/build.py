@@ -62,10 +62,14 @@ def build_description(
 def _refuse_xacro(root: ET.Element, elements: UrdfElements) -> list[ET.Element]:
     """Return the unexpanded macros of the colours of visual shapes.
 
+    Where words are read as Bullet reads them, other xacro elements are unknown elements, which it skips.
+
     Raises:
         DescriptionError: there is another xacro element.
     """
     colours = xacro_colours(root)
+    if elements.words_are_zero:
+        return colours
     known = {id(element) for element in colours}
     for element in root.iter():
         if is_xacro(element) and id(element) not in known:

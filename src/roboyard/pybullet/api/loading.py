@@ -14,6 +14,7 @@ from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.pybullet.api.user_data import attach_from_file
 from roboyard.pybullet.bullet_rules.materials import shared_materials
 from roboyard.pybullet.bullet_rules.models import bullet_model
+from roboyard.pybullet.bullet_rules.unreadable_meshes import without_unreadable_meshes
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
@@ -159,7 +160,11 @@ def read_description(client: Client, path: Path) -> RobotDescription:
                     line=joint.source.line,
                     element=f'joint "{joint.name}"',
                 )
-        found = _cache[key] = shared_materials(found)
+        found = shared_materials(found)
+        readable = without_unreadable_meshes(found)
+        if readable is not found:  # not cached: the files may be fetched meanwhile
+            return readable
+        _cache[key] = found
         while len(_cache) > _CACHE_SIZE:
             del _cache[next(iter(_cache))]
     return found

@@ -1,0 +1,77 @@
+"""Mesh files from which no triangles can be read: Bullet warns and loads the rest of the robot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard._lazy import LazyLogger
+from roboyard.description.model import Collision, Mesh, Visual
+from roboyard.errors import MeshError
+from roboyard.shapes.mesh import TriangleMesh
+from roboyard.untrusted.files import read_head
+
+if TYPE_CHECKING:
+    from roboyard.description.model import Link, RobotDescription
+
+_log = LazyLogger("roboyard")
+_POINTER = b"version https://git-lfs"
+
+
+def without_unreadable_meshes(description: RobotDescription) -> RobotDescription:
+    """Return the description without collision meshes that cannot be read, and with empty visual ones.
+
+    Visual meshes are not read before something shows them: only files that are empty, or pointers of git-lfs,
+    are found here. Each file skipped is logged as a warning that says why.
+    """
+    links = tuple(_readable(link) for link in description.links)
+    return description if all(map(_is, links, description.links)) else replace(description, links=links)
+
+
+def _is(one: object, other: object) -> bool:
+    return one is other
+
+
+def _readable(link: Link) -> Link:
+    collisions = tuple(shape for shape in link.collisions if _loads(shape))
+    visuals = tuple(_emptied(shape) if _is_stand_in(shape) else shape for shape in link.visuals)
+    if len(collisions) == len(link.collisions) and all(map(_is, visuals, link.visuals)):
+        return link
+    return replace(link, collisions=collisions, visuals=visuals)
+
+
+def _loads(shape: Collision) -> bool:
+    from roboyard.shapes.load import load_mesh
+
+    geometry = shape.geometry
+    if not isinstance(geometry, Mesh) or geometry.data is not None or geometry.path is None:
+        return True
+    try:
+        load_mesh(geometry.path)
+    except MeshError as problem:
+        _log.warning("%s; the collision shape is skipped", problem)
+        return False
+    return True
+
+
+def _is_stand_in(shape: Visual) -> bool:
+    geometry = shape.geometry
+    if not isinstance(geometry, Mesh) or geometry.data is not None or geometry.path is None:
+        return False
+    try:
+        beginning = read_head(geometry.path, len(_POINTER))
+    except OSError:
+        return False
+    if beginning.strip() and beginning != _POINTER:
+        return False
+    _log.warning("%s: no mesh (empty, or a git-lfs pointer: git lfs pull); shown as nothing", geometry.path)
+    return True
+
+
+def _emptied(shape: Visual) -> Visual:
+    if not isinstance(shape.geometry, Mesh):
+        return shape
+    empty = TriangleMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int32))
+    return replace(shape, geometry=replace(shape.geometry, data=empty))
