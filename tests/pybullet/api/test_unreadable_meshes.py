@@ -39,7 +39,7 @@ def test_a_robot_with_a_mesh_that_is_not_there_loads_as_in_pybullet(
 def test_a_mesh_that_comes_later_is_read(client: int, tmp_path: Path) -> None:
     _robot(tmp_path, "collision", "a.obj", _POINTER)
     cube = "".join(f"v {x} {y} {z}\n" for x in (-1, 1) for y in (-1, 1) for z in (-1, 1))
-    corners = "124 143 578 586 156 162 348 387 137 175 268 284".split()
+    corners = ("124", "143", "578", "586", "156", "162", "348", "387", "137", "175", "268", "284")
     faces = "".join(f"f {' '.join(corner)}\n" for corner in corners)
     robot = _robot(tmp_path, "collision", "a.obj", cube + faces)
     assert len(p.getCollisionShapeData(robot, -1)) == 1
