@@ -41,10 +41,10 @@ class Settings(NamedTuple):
     """State of a command; the machine code has the same order."""
 
     command: Any
-    owner: str
-    """Attribute of the client that has the settings."""
+    owner: str | None
+    """Attribute of the client that has the settings; None where none are stored."""
     table: str | None
-    """Attribute of the owner that is the dictionary."""
+    """Attribute of the owner that is the dictionary, where one of the arguments goes there."""
     revision: str | None
     """Attribute of the owner that counts changes."""
     steps: tuple[Step, ...]
@@ -143,6 +143,9 @@ def entry(state, given, count, keywords):
                 fits = fits and word(step, DEFAULT) != word(state, REQUIRED)
             elif given[place] != word(step, DEFAULT):
                 fits = fits and accepts(state, step, given[place], place == count - 1)
+    if fits and word(state, OWNER) == word(state, NONE):
+        Py_IncRef(word(state, NONE))
+        return word(state, NONE)
     owner = attribute(given[0], word(state, OWNER)) if fits else 0
     has_table = word(state, TABLE) != word(state, NONE)
     table = attribute(owner, word(state, TABLE)) if owner != 0 and has_table else owner

@@ -28,19 +28,24 @@ from roboyard.pybullet.state.engine_parameters import (
     EngineParameters,
 )
 
-Owner = tuple[str, str | None, str | None]
-"""Attribute of the client that has the settings, its dictionary, and its count of changes."""
-_ENGINE = "parameters", "others", "revision"
-_STORED = "parameters", "others", None
+Owner = tuple[str | None, str | None, str | None]
+"""Attribute of the client that has the settings, its dictionary, and its count of changes.
+
+None for what the command does not use: each costs machine code a look-up.
+"""
+_ENGINE = "parameters", None, "revision"
+_ENTRIES = "parameters", "others", "revision"
+_STORED = "parameters", None, None
+_CHECKED = None, None, None
 _VIEW = "visualizer", "switches", None
 _CAMERA = "visualizer", None, None
 _TABLES: Mapping[str, tuple[Owner, tuple[Step, ...]]] = {
     "setGravity": (_ENGINE, (Step(TRIPLE, "gravity"), Step(CHECKED), Step(CHECKED))),
     "setTimeStep": (_ENGINE, (Step(NUMBER, "time_step"),)),
-    "setDefaultContactERP": (_ENGINE, (Step(ENTRY, CONTACT_ERP),)),
+    "setDefaultContactERP": (_ENTRIES, (Step(ENTRY, CONTACT_ERP),)),
     "setRealTimeSimulation": (_STORED, (Step(WHOLE, "real_time"),)),
-    "setTimeOut": (_STORED, (Step(CHECKED),)),
-    "setDebugObjectColor": (_STORED, (Step(IGNORED), Step(IGNORED), Step(COLOR))),
+    "setTimeOut": (_CHECKED, (Step(CHECKED),)),
+    "setDebugObjectColor": (_CHECKED, (Step(IGNORED), Step(IGNORED), Step(COLOR))),
     "configureDebugVisualizer": (
         _VIEW,
         (
@@ -73,4 +78,4 @@ def table_of(command: str, parameters: Sequence[str]) -> tuple[Owner, tuple[Step
             kind = WHOLE if isinstance(getattr(settings, attribute), int) else NUMBER
         most = float(MAX_SUB_STEPS) if name == "numSubSteps" else LARGEST
         steps.append(Step(kind, attribute or name, least=0.0, most=most))
-    return _ENGINE, tuple(steps)
+    return _ENTRIES, tuple(steps)
