@@ -12,6 +12,7 @@ import pytest
 import roboyard.pybullet as p
 from roboyard.native.objects import arrays_have_the_known_layout
 from roboyard.pybullet import functions
+from roboyard.pybullet.bullet_client import BulletClient
 from roboyard.pybullet.face import command_names, direct_calls
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.entries import FRONT
@@ -138,6 +139,75 @@ def test_kept_answers_follow_what_changes_them(box: int) -> None:
     assert p.getNumBodies() == 0
 
 
+def contacts() -> list[tuple[Any, ...]]:
+    """Return the links, places and distances of all contact points."""
+    return [point[1:9] for point in p.getContactPoints()]
+
+
+def settled_boxes(box: int) -> list[int]:
+    """Return boxes that lie one on the other, after steps."""
+    p.setGravity(0, 0, -10)
+    p.loadURDF(f"{getDataPath()}/plane.urdf")
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3])
+    p.resetBasePositionAndOrientation(box, [0, 0, 0.299], [0, 0, 0, 1])
+    boxes = [p.createMultiBody(2.0, shape, basePosition=[0.02 * k, 0, 0.3 + 0.598 * k]) for k in (1, 2)]
+    for _ in range(5):
+        p.stepSimulation()
+    return [box, *boxes]
+
+
+def test_repeated_detection_finds_the_same(box: int) -> None:
+    settled_boxes(box)
+    p.performCollisionDetection()
+    once = contacts()
+    assert len(once) >= 12
+    p.performCollisionDetection()
+    assert contacts() == once
+    python("performCollisionDetection")()  # which always detects
+    assert contacts() == once
+
+
+def test_detection_is_repeated_after_whatever_changes_contacts(box: int) -> None:
+    boxes = settled_boxes(box)
+    state = p.saveState()
+    changes: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
+        ("resetBasePositionAndOrientation", (boxes[2], [3, 0, 3], [0, 0, 0, 1]), {}),
+        ("restoreState", (state,), {}),
+        ("setCollisionFilterPair", (boxes[0], boxes[1], -1, -1, 0), {}),
+        ("setCollisionFilterPair", (boxes[0], boxes[1], -1, -1, 1), {}),
+        ("setCollisionFilterGroupMask", (boxes[1], -1, 0, 0), {}),
+        ("setCollisionFilterGroupMask", (boxes[1], -1, 1, 1), {}),
+        ("stepSimulation", (), {}),
+        ("removeBody", (boxes[2],), {}),
+        ("createMultiBody", (1.0, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), -1, [0, 0.9, 0.05]), {}),
+        ("loadURDF", (f"{getDataPath()}/cube_small.urdf", [0, 1.9, 0.02]), {}),
+        ("resetSimulation", (), {}),
+    ]
+    for name, given, keywords in changes:
+        p.performCollisionDetection()
+        before = contacts()
+        getattr(p, name)(*given, **keywords)
+        p.performCollisionDetection()
+        found = contacts()
+        python("performCollisionDetection")()  # which always detects
+        assert contacts() == found, name
+        assert found != before, name
+
+
+def test_detections_of_two_clients_are_their_own(box: int) -> None:
+    other = BulletClient(p.DIRECT)
+    shape = other.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+    for x in (0.0, 0.15):
+        other.createMultiBody(1.0, shape, basePosition=[x, 0, 0])
+    p.performCollisionDetection()
+    other.performCollisionDetection()
+    assert (len(contacts()), len(other.getContactPoints())) == (0, 1)
+    other.resetBasePositionAndOrientation(1, [1, 0, 0], [0, 0, 0, 1])
+    other.performCollisionDetection()
+    assert len(other.getContactPoints()) == 0
+    other.disconnect()
+
+
 def test_each_client_has_its_own_answers(box: int) -> None:
     other = p.connect(p.DIRECT)
     assert (p.getNumBodies(), p.getNumBodies(physicsClientId=other)) == (1, 0)
@@ -185,3 +255,5 @@ def test_answers_that_are_kept_are_of_commands_that_change_none() -> None:
     assert not any(map(command_names.changes_kept_answers, command_names.KEPT_ANSWERS))
     for name in ("createMultiBody", "removeBody", "changeDynamics", "resetSimulation", "restoreState"):
         assert command_names.changes_kept_answers(name)
+        assert command_names.changes_contacts(name)
+    assert set(COMMANDS) >= command_names._UNMOVING

@@ -268,7 +268,7 @@ def kept(function: Any, answer: int) -> types.FunctionType:
     def command(_client: Any) -> int:
         return answer
 
-    call = call_of(command, (), ())._replace(known={}, changed=DIRECT, free=function)
+    call = call_of(command, (), ())._replace(known={}, changed=DIRECT, moved=DIRECT, free=function)
     made: Any = _with_call(call)
     made.entered = START
     return made

@@ -140,6 +140,9 @@ KEPT_ANSWERS = frozenset(
 )
 """Commands whose answers stay the same until one of `changes_kept_answers` is called."""
 
+DETECTION = "performCollisionDetection"
+"""The command that finds the same contacts again until one of `changes_contacts` is called."""
+
 _READING = ("get", "calculate", "compute", "rayTest", "sync")
 _HARMLESS = frozenset(
     (
@@ -160,3 +163,18 @@ _HARMLESS = frozenset(
 def changes_kept_answers(name: str) -> bool:
     """Return whether a command may change what a command of `KEPT_ANSWERS` returns."""
     return name not in _HARMLESS and not name.startswith(_READING)
+
+
+_UNMOVING = frozenset(
+    (
+        *("addUserDebugLine", "addUserDebugText", "addUserDebugPoints", "addUserDebugParameter"),
+        *("readUserDebugParameter", "removeUserDebugItem", "removeAllUserDebugItems"),
+        *("setTimeOut", "setAdditionalSearchPath", "submitProfileTiming", "setDebugObjectColor"),
+        *("configureDebugVisualizer", "resetDebugVisualizerCamera"),
+    )
+)
+
+
+def changes_contacts(name: str) -> bool:
+    """Return whether contacts may be others after a command than those that a detection before it found."""
+    return name != DETECTION and name not in _UNMOVING and not name.startswith(_READING)

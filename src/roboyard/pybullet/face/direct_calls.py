@@ -10,7 +10,12 @@ from itertools import count
 from typing import Any, NamedTuple
 
 from roboyard.errors import RoboyardError
-from roboyard.pybullet.face.command_names import KEPT_ANSWERS, changes_kept_answers
+from roboyard.pybullet.face.command_names import (
+    DETECTION,
+    KEPT_ANSWERS,
+    changes_contacts,
+    changes_kept_answers,
+)
 from roboyard.pybullet.face.errors import error, world_failure
 
 REFUSED = (RoboyardError, ValueError)
@@ -25,6 +30,8 @@ PREPARED: dict[str, dict[Any, dict[int, Any]]] = {
 """Kind to clients of `DIRECT` to bodies to what commands that are machine code need of them."""
 FILLED: dict[Any, dict[Any, Any]] = {}
 """Command to its kept answers by the arguments, where there are any."""
+DETECTED: dict[Any, dict[Any, Any]] = {}
+"""The same of the detection of contacts, which also commands end that may move something."""
 
 
 class Call(NamedTuple):
@@ -44,8 +51,11 @@ class Call(NamedTuple):
     known: dict[Any, Any]
     """Its kept answers."""
     filled: dict[Any, Any]
+    """`FILLED`, or `DETECTED` for the detection of contacts."""
     changed: dict[Any, Any]
     """`FILLED` where the command may change kept answers."""
+    moved: dict[Any, Any]
+    """`DETECTED` where the command may change contacts."""
     free: Any = None
     """The function of Python where it is no command."""
 
@@ -76,9 +86,10 @@ def call_of(command: Callable[..., Any], names: tuple[str, ...], defaults: tuple
         zero=0,
         names=tuple(map(sys.intern, names)),
         defaults=defaults,
-        known={} if name in KEPT_ANSWERS else DIRECT,
-        filled=FILLED,
+        known={} if name in KEPT_ANSWERS or name == DETECTION else DIRECT,
+        filled=DETECTED if name == DETECTION else FILLED,
         changed=FILLED if changes_kept_answers(name) else DIRECT,
+        moved=DETECTED if changes_contacts(name) else DIRECT,
     )
 
 
@@ -91,9 +102,10 @@ def fail(name: str, problem: Exception) -> None:
 
 def forget() -> None:
     """Drop all kept answers."""
-    for known in FILLED.values():
-        known.clear()
-    FILLED.clear()
+    for filled in (FILLED, DETECTED):
+        for known in filled.values():
+            known.clear()
+        filled.clear()
 
 
 class Start:

@@ -6,7 +6,8 @@ client and all arguments in their places, keywords and defaults, too. All that i
 another name, another kind of client) goes to the public function, which knows all rules and errors.
 
 Answers that change only when bodies, constraints or user data do are kept, by the arguments, until a command
-is called that may change these.
+is called that may change these. A detection of contacts is kept like an answer, until a command is called
+that may move something: repeated, it finds the same.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from roboyard.native.signatures import EntrySignature
 
 SOURCE = f"""
 KIND, SIZE, ITEMS, CONTENT = 1, 2, 3, 2  # of any object, tuples and cells, in words
-CLIENTS, COMMAND, FAILURE, CLIENT, ZERO, NAMES, DEFAULTS, KNOWN, FILLED, CHANGED = range(3, 13)
+CLIENTS, COMMAND, FAILURE, CLIENT, ZERO, NAMES, DEFAULTS, KNOWN, FILLED, CHANGED, MOVED = range(3, 14)
 
 @part
 def place_of(value, values):
@@ -66,7 +67,7 @@ def fill(passed, count, total, names, defaults):
 def entry(callee, given, count, keywords):
     call = word(word(PyFunction_GetClosure(callee), ITEMS), CONTENT)
     clients, names, zero = word(call, CLIENTS), word(call, NAMES), word(call, ZERO)
-    known, changed = word(call, KNOWN), word(call, CHANGED)
+    known, changed, moved = word(call, KNOWN), word(call, CHANGED), word(call, MOVED)
     passed, number, total = words(), zero, count
     fits = count <= word(names, SIZE)
     if fits:
@@ -126,6 +127,8 @@ def entry(callee, given, count, keywords):
         Py_DecRef(key)
     if changed != clients:
         forget(changed)
+    if moved != clients:
+        forget(moved)
     return result
 """
 
