@@ -148,10 +148,11 @@ def entry(state, given, count, keywords):
     items = attribute(given[0], word(state, OWNER)) if fits else 0
     if items == 0:
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
-    for name in (TABLE, PARAMETERS):
-        table = attribute(items, word(state, name))
-        if found(table, given[1]) != 0:
-            PyDict_DelItem(table, given[1])
+    table = attribute(items, word(state, TABLE))
+    if found(table, given[1]) == 0:  # ids are of one counter: in one of the two
+        table = attribute(items, word(state, PARAMETERS))
+    if found(table, given[1]) != 0:
+        PyDict_DelItem(table, given[1])
     count_up(items, word(state, REVISION))
     Py_IncRef(word(state, NONE))
     return word(state, NONE)
