@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from operator import is_
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,8 @@ from roboyard.shapes.mesh import TriangleMesh
 from roboyard.untrusted.files import read_head
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from roboyard.description.model import Link, RobotDescription
 
 _log = LazyLogger("roboyard")
@@ -27,17 +30,13 @@ def without_unreadable_meshes(description: RobotDescription) -> RobotDescription
     are found here. Each file skipped is logged as a warning that says why.
     """
     links = tuple(_readable(link) for link in description.links)
-    return description if all(map(_is, links, description.links)) else replace(description, links=links)
-
-
-def _is(one: object, other: object) -> bool:
-    return one is other
+    return description if all(map(is_, links, description.links)) else replace(description, links=links)
 
 
 def _readable(link: Link) -> Link:
     collisions = tuple(shape for shape in link.collisions if _loads(shape))
     visuals = tuple(_emptied(shape) if _is_stand_in(shape) else shape for shape in link.visuals)
-    if len(collisions) == len(link.collisions) and all(map(_is, visuals, link.visuals)):
+    if len(collisions) == len(link.collisions) and all(map(is_, visuals, link.visuals)):
         return link
     return replace(link, collisions=collisions, visuals=visuals)
 
@@ -45,28 +44,34 @@ def _readable(link: Link) -> Link:
 def _loads(shape: Collision) -> bool:
     from roboyard.shapes.load import load_mesh
 
-    geometry = shape.geometry
-    if not isinstance(geometry, Mesh) or geometry.data is not None or geometry.path is None:
+    file = _mesh_file(shape)
+    if file is None:
         return True
     try:
-        load_mesh(geometry.path)
+        load_mesh(file)
     except MeshError as problem:
         _log.warning("%s; the collision shape is skipped", problem)
         return False
     return True
 
 
-def _is_stand_in(shape: Visual) -> bool:
+def _mesh_file(shape: Collision | Visual) -> Path | None:
+    """Return the file that the triangles of a shape are still to be read from."""
     geometry = shape.geometry
-    if not isinstance(geometry, Mesh) or geometry.data is not None or geometry.path is None:
+    return geometry.path if isinstance(geometry, Mesh) and geometry.data is None else None
+
+
+def _is_stand_in(shape: Visual) -> bool:
+    file = _mesh_file(shape)
+    if file is None:
         return False
     try:
-        beginning = read_head(geometry.path, len(_POINTER))
+        beginning = read_head(file, len(_POINTER))
     except OSError:
         return False
     if beginning.strip() and beginning != _POINTER:
         return False
-    _log.warning("%s: no mesh (empty, or a git-lfs pointer: git lfs pull); shown as nothing", geometry.path)
+    _log.warning("%s: no mesh (empty, or a git-lfs pointer: git lfs pull); shown as nothing", file)
     return True
 
 

@@ -486,10 +486,7 @@ class PhysicsScene:
             world.step()
         self.frames_are_old = False
         self.frames_revision = self.motor_revision = world.revision
-        last = self.last_step
-        last.contacts = None
-        if last.filtered:
-            last.filtered.clear()
+        self.last_step.drop()
         self._motor_forces = None
         self._wrenches_known = False
 
