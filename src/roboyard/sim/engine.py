@@ -400,7 +400,10 @@ class Engine(Generic[BodyT]):
         records = [r for body in bodies for r in body.built.links if r.link is not None]
         if is_pile or profile.hard_contacts:
             ours = np.array([geom.id for record in records for geom in record.geoms], dtype=np.intp)
-            model.geom_margin[ours] = profile.contact_margin if self.hard_contacts else 0.0
+            model.geom_margin[ours] = 0.0
+            if self.hard_contacts:
+                is_box = model.geom_type[ours] == mujoco.mjtGeom.mjGEOM_BOX
+                model.geom_margin[ours] = np.where(is_box, profile.box_margin, profile.contact_margin)
             model.geom_solimp[ours] = PILE_SOLIMP if is_pile else HARD_SOLIMP
             if is_pile:
                 model.geom_solref[ours] = PILE_SOLREF

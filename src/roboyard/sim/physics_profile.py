@@ -21,7 +21,9 @@ class PhysicsProfile:
     hard_contacts: bool = False
     """Whether contacts constrain the velocity after the step, from a small gap on; otherwise soft springs."""
     contact_margin: float = 0.0
-    """Contribution (m) of each shape to the gap at which a contact becomes active."""
+    """Contribution (m) of each shape, boxes excepted, to the gap at which a contact becomes active."""
+    box_margin: float = 0.0
+    """Contribution (m) of boxes to that gap."""
     erp: float = 0.2
     """Share of the error of a hard joint limit or constraint that is corrected in a step."""
     contact_erp: float = 0.2
@@ -65,7 +67,8 @@ BULLET = PhysicsProfile(
     impratio=1.0,
     product_friction=True,
     hard_contacts=True,
-    contact_margin=0.002,
+    contact_margin=0.006,
+    box_margin=1e-5,
     erp=0.2,
     contact_erp=0.08,
     contact_slop=1e-5,

@@ -18,7 +18,21 @@ from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
-from roboyard.sim.stepping.impulses.records import EXTRA, HELD, NOTES, PAIRS, TABLE, Points
+from roboyard.sim.stepping.impulses.records import (
+    CHECKED,
+    EXTRA,
+    FULL,
+    HELD,
+    LISTED,
+    NOTES,
+    PAIRS,
+    RANKED,
+    RENUMBERED,
+    SORTED,
+    TABLE,
+    WORK,
+    Points,
+)  # fmt: skip
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.transforms import Array
 
@@ -40,6 +54,16 @@ class KeptPoints:
     """(n,) number of points."""
     points: Array
     """(n, 4, 16) places in the frames of both links (m), the contact frame, 1 where it did not slide."""
+    met: np.ndarray
+    """(m, 2, 3) the same as `owners`, of all pairs whose boxes meet, in their order."""
+    ranks: np.ndarray
+    """(m,) their ranks, -1 for none."""
+    checked: int
+    """Which of them is checked next for whether it ended."""
+    places: np.ndarray
+    """(ngeom, 3) body, link and place in the link of all shapes."""
+    wide: Array
+    """(ngeom, 6) boxes that the shapes are in (m)."""
 
 
 class Manifolds:
@@ -53,7 +77,7 @@ class Manifolds:
         self._bound: _Bound | None = None
         self._kept: KeptPoints | None = None
         """The points until arrays are bound again, where bodies were added or removed."""
-        self.points = _points(0)
+        self.points = _points(0, 0, 0)
         """The points, as arguments of compiled loops."""
 
     @property
@@ -72,13 +96,21 @@ class Manifolds:
         bound = self._bound
         if bound is None:
             return self._kept
-        count, table = self.points.notes[[PAIRS, TABLE]].tolist()
-        if not count:
+        now = self.points
+        count, table, listed = now.notes[[PAIRS, TABLE, LISTED]].tolist()
+        if not count and not listed:
             return None
-        keys, now = self.points.keys[table, :count], self.points
+        keys = now.keys[table, :count]
         pairs = np.stack([keys // len(bound.owners), keys % len(bound.owners)], axis=1)
         return KeptPoints(
-            bound.owners[pairs], now.counts[table, :count].copy(), now.points[table, :count].copy()
+            owners=bound.owners[pairs],
+            counts=now.counts[table, :count].copy(),
+            points=now.points[table, :count].copy(),
+            met=bound.owners[now.pairs[:2, :listed].T],
+            ranks=now.pairs[2, :listed].copy(),
+            checked=int(now.notes[CHECKED]),
+            places=bound.owners,
+            wide=now.wide.copy(),
         )
 
     def restore(self, kept: KeptPoints | None) -> None:
@@ -167,6 +199,7 @@ class Manifolds:
             if mujoco.mj_addContact(model, data, _BLANK if contacts is None else contacts[source]):
                 break  # MuJoCo's memory is full; it has warned, and grows before the next step
             added += 1
+        points.notes[EXTRA] = added
         total = found.look()[0]
         if contacts is None:
             kernels().copy_contacts(found.words, found.search.contact // 4, total, added, points.source)
@@ -175,21 +208,27 @@ class Manifolds:
 
     def forget(self) -> None:
         """Forget all points: in this step there are no contacts."""
-        self.points.notes[PAIRS] = 0
+        self.points.notes[[PAIRS, EXTRA]] = 0
 
     def grow(self, contacts: int) -> None:
-        """Make room for the points of so many contacts."""
+        """Make room for the points of so many contacts, and for more pairs where there was none left."""
         points = self.points
-        if points.keys.shape[1] >= contacts:
+        room, meeting = points.keys.shape[1], points.pairs.shape[1]
+        is_full = bool(points.notes[FULL])
+        if room >= contacts and not is_full:
             return
-        grown = _points(2 * contacts)
+        grown = _points(len(points.wide), max(2 * contacts, room), 2 * meeting if is_full else meeting)
         for old, new in (
             (points.keys, grown.keys),
             (points.counts, grown.counts),
             (points.points, grown.points),
+            (points.pairs, grown.pairs),
         ):
             new[:, : old.shape[1]] = old
+        grown.ranked[:meeting] = points.ranked
+        grown.tight[:], grown.wide[:], grown.seats[:] = points.tight, points.wide, points.seats
         grown.notes[:] = points.notes
+        grown.notes[[FULL, RENUMBERED, SORTED]] = 0, 1, 0
         self.points = grown
 
     def _bind(self, model: Any, data: Any) -> None:
@@ -209,24 +248,39 @@ class Manifolds:
             seen=2 * world.profile.contact_margin,
         )
         kept, self._kept = self._kept, None
-        self.forget()
-        if kept is not None and keeps:
-            self._take(kept, self._bound.owners)
+        old = self.points
+        self.points = _points(model.ngeom, old.keys.shape[1], max(4 * model.ngeom, old.pairs.shape[1], 16))
+        if kept is not None:
+            self._take(kept, self._bound)
 
-    def _take(self, kept: KeptPoints, owners: np.ndarray) -> None:
+    def _take(self, kept: KeptPoints, bound: _Bound) -> None:
         """Write points under the present numbers of their geoms; those of bodies that are gone end."""
-        number = {tuple(owner): geom for geom, owner in enumerate(owners.tolist())}
+        number = {tuple(o): geom for geom, o in enumerate(bound.owners.tolist()) if o[0] >= 0}
         self.grow(len(kept.counts))
         points = self.points
-        table = points.notes[TABLE]
-        for row, (one, two) in enumerate(kept.owners.tolist()):
+        for row, (one, two) in enumerate(kept.owners.tolist() if bound.keeps else ()):
             a, b = number.get(tuple(one)), number.get(tuple(two))
             if a is None or b is None:
                 continue
             at = points.notes[PAIRS]
-            points.keys[table, at] = a * len(owners) + b
-            points.counts[table, at], points.points[table, at] = kept.counts[row], kept.points[row]
+            points.keys[0, at] = a * len(bound.owners) + b
+            points.counts[0, at], points.points[0, at] = kept.counts[row], kept.points[row]
             points.notes[PAIRS] += 1
+        for owner, box in zip(kept.places.tolist(), kept.wide, strict=True):
+            geom = number.get(tuple(owner))
+            if geom is not None:
+                points.wide[geom] = box
+        left = [
+            (*sorted((number[tuple(one)], number[tuple(two)])), rank)
+            for (one, two), rank in zip(kept.met.tolist(), kept.ranks.tolist(), strict=True)
+            if tuple(one) in number and tuple(two) in number
+        ][: points.pairs.shape[1]]
+        by_rank = sorted((rank, place) for place, (_, _, rank) in enumerate(left) if rank >= 0)
+        points.pairs[:, : len(left)] = np.reshape(left, (-1, 3)).T
+        for rank, (_, place) in enumerate(by_rank):
+            points.pairs[2, place], points.ranked[rank] = rank, place
+        points.notes[[LISTED, RANKED, RENUMBERED]] = len(left), len(by_rank), 1
+        points.notes[CHECKED] = min(kept.checked, max(len(left) - 1, 0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,8 +297,10 @@ class _Bound:
     """Gap (m) up to which MuJoCo finds contacts."""
 
 
-def _points(pairs: int) -> Points:
-    """Return room for the points of so many pairs."""
+def _points(geoms: int, pairs: int, meeting: int) -> Points:
+    """Return room for the points of so many pairs, and for so many pairs whose boxes meet."""
+    new = np.zeros((geoms, 6))
+    new[:, 0] = 1.0
     return Points(
         kinds=_kinds_that_keep(),
         keys=np.zeros((2, pairs), np.int64),
@@ -254,6 +310,15 @@ def _points(pairs: int) -> Points:
         source=np.zeros(4 * pairs, np.int32),
         extra=np.zeros((4 * pairs, 13)),
         slots=np.full(5 * pairs, -1, np.int32),
+        tight=np.zeros((geoms, 6)),
+        wide=new,
+        seats=np.zeros((geoms, 3)),
+        pairs=np.zeros((3, meeting), np.int32),
+        ranked=np.zeros(meeting, np.int32),
+        table=np.full(1 << (2 * meeting).bit_length(), -1, np.int32),
+        work=np.zeros((WORK, meeting), np.int32),
+        following=np.zeros(5 * pairs, np.int32),
+        sequence=np.zeros(5 * pairs, np.int32),
         notes=np.zeros(NOTES, np.int64),
     )
 
@@ -277,4 +342,5 @@ def _kinds_that_keep() -> np.ndarray:
     keep = np.zeros((8, 8), np.uint8)
     keep[np.ix_(convex, convex)] = 1
     keep[np.ix_([capsule, box], [capsule, box])] = 0  # of these it finds several points
+    # keep[box, box] = 1
     return keep

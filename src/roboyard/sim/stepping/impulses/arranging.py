@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from roboyard.sim.stepping.impulses.contact_order import order_contacts
 from roboyard.sim.stepping.impulses.entries import copy_entries, entry_of, place_of
+from roboyard.sim.stepping.impulses.records import TAKEN_UP
 from roboyard.sim.stepping.impulses.rows import choose_trees, order_rows
 
 
-def arrange(rows, contacts, search, mechanism, state, surface, solver, wanted):  # pragma: no cover
+def arrange(rows, contacts, search, mechanism, state, points, surface, solver, wanted):  # pragma: no cover
     """Choose the trees to solve, list their rows and copy their Jacobian, for contacts on their surfaces.
 
     wanted: number of rows of equalities, motors and limits. The number of rows listed becomes the sixth of
@@ -23,11 +25,15 @@ def arrange(rows, contacts, search, mechanism, state, surface, solver, wanted): 
         solver.taken,
     ):  # fmt: skip
         return
+    order_contacts(
+        contacts, geom.shape[0], mechanism, state, surface, points, solver.groups
+    )  # fmt: skip
+    sequence = points.sequence[: points.notes[TAKEN_UP]]
     found = order_rows(
         kind, index, geom, address, contacts.dim, mechanism.geom_tree, mechanism.dof_tree,
         mechanism.joint_dof, mechanism.joint_qpos, state.qpos, mechanism.slot, mechanism.limit_slot,
         mechanism.limits, mechanism.equality_slot, mechanism.equality_tree, solver.taken, wanted,
-        solver.places, solver.order, solver.ends,
+        sequence, sequence.shape[0], solver.places, solver.order, solver.ends,
     )  # fmt: skip
     spans, jacobian = solver.spans, solver.jacobian
     for n in range(found):
@@ -39,7 +45,7 @@ def arrange(rows, contacts, search, mechanism, state, surface, solver, wanted): 
     solver.ends[5] = found
     velocity = rows.velocity[at[7] : at[7] + count]
     position = rows.position[at[3] : at[3] + count]
-    slide_on_margins(geom, address, contacts, mechanism, state, surface, solver, velocity)
+    slide_on_margins(geom, address, sequence, contacts, mechanism, state, surface, solver, velocity)
     for n in range(solver.ends[0]):
         row = solver.order[n, 0]
         if kind[row] == 0:
@@ -109,7 +115,7 @@ def turn_about_axis(  # pragma: no cover
 
 
 def slide_on_margins(  # pragma: no cover
-    geom, address, contacts, mechanism, state, surface, solver, velocity
+    geom, address, sequence, contacts, mechanism, state, surface, solver, velocity
 ):
     """Move each contact's sliding rows from between MuJoCo's shapes to a point on each of the two surfaces.
 
@@ -119,8 +125,9 @@ def slide_on_margins(  # pragma: no cover
     jacobian, order, tree, frame = solver.jacobian, solver.order, mechanism.geom_tree, contacts.frame
     spans = solver.spans
     n = solver.ends[3]
-    for i in range(geom.shape[0]):
-        if address[i] < 0 or geom[i, 0] < 0 or geom[i, 1] < 0 or contacts.dim[i] < 3:
+    for k in range(sequence.shape[0]):
+        i = sequence[k]
+        if address[i] < 0 or contacts.dim[i] < 3:
             continue
         a, b = tree[geom[i, 0]], tree[geom[i, 1]]
         if not ((a >= 0 and solver.taken[a] == 1) or (b >= 0 and solver.taken[b] == 1)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from roboyard.sim.stepping.impulses.records import (
     DONE,
     EXTRA,
+    FULL,
     HELD,
     KEEPS_POINTS,
     PAIRS,
@@ -26,7 +27,7 @@ from roboyard.sim.stepping.manifold_kernels import (
 def keep(rows, contacts, search, mechanism, state, points, surface, rules):  # pragma: no cover
     """Move contacts and keep their points, before MuJoCo's rows are used; return what is to be done next."""
     contact_count = search.counts[0]
-    if contact_count > points.keys.shape[1] and rules[KEEPS_POINTS] > 0.0:
+    if contact_count > points.keys.shape[1] or points.notes[FULL] > 0:
         return ROOM
     points.notes[EXTRA] = 0
     moved = 0

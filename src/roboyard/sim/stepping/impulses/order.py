@@ -58,7 +58,7 @@ def execute(  # pragma: no cover
         solver.ends[5] = -1
         before_contacts = search.counts[1] + search.counts[2] + search.counts[3]
         if rules[ROUNDS] > 0.0 and (contact_count == 0 or rules[CONTACTS_ARE_HARD] > 0.0):
-            arrange(rows, contacts, search, mechanism, state, surface, solver, before_contacts)
+            arrange(rows, contacts, search, mechanism, state, points, surface, solver, before_contacts)
         if solver.ends[5] != count:
             return OTHERS
     if last >= ASK and first <= ASK:

@@ -28,8 +28,11 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 """Places in `Solver.rules`."""
 WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
 """Rows of `Solver.lines`."""
-PAIRS, TABLE, EXTRA, HELD, NOTES = range(5)
+PAIRS, TABLE, EXTRA, HELD, LISTED, RANKED, CHECKED, FULL, RENUMBERED, SORTED, TAKEN_UP, NOTES = range(12)
 """Places in `Points.notes`."""
+RANK, GROUP, HEAD, RANGE_START, RANGE_END, WORK = range(6)
+"""Rows of `Points.work`: ranks and the groups of their pairs, as they are sorted; the first contact in the
+order of solution at each rank; ends of ranges to be sorted."""
 EQUALITY_ROWS = 6
 """Most rows of an equality."""
 DENSE = 128
@@ -70,6 +73,12 @@ class Mechanism(NamedTuple):
     geom_body: np.ndarray
     geom_tree: np.ndarray
     """(ngeom,) tree, -1 for what is fixed."""
+    geom_weld: np.ndarray
+    """(ngeom,) body to which the geom's is fixed, or itself."""
+    contype: np.ndarray
+    conaffinity: np.ndarray
+    excluded: np.ndarray
+    """Pairs of bodies that do not touch: the smaller number times 65536, plus the larger one."""
     dof_tree: np.ndarray
     dof_joint: np.ndarray
     dof_body: np.ndarray
@@ -146,9 +155,27 @@ class Points(NamedTuple):
     extra: np.ndarray
     slots: np.ndarray
     """Place of each contact's point in the table, -1 for none."""
+    tight: np.ndarray
+    """(ngeom, 6) least and largest coordinates of geoms in the world (m)."""
+    wide: np.ndarray
+    """(ngeom, 6) the same of the larger boxes that they are in; the wrong way round for new geoms."""
+    seats: np.ndarray
+    """(ngeom, 3) places (m) of the bodies of fixed geoms for which their boxes hold."""
+    pairs: np.ndarray
+    """(3, n) geoms whose boxes meet, the smaller number first, and the pair's rank, -1 for none."""
+    ranked: np.ndarray
+    """(n,) place among the pairs of the one at each rank."""
+    table: np.ndarray
+    """Places of the pairs at entries that their geoms give, -1 for none; its length is a power of two."""
+    work: np.ndarray
+    following: np.ndarray
+    sequence: np.ndarray
+    """Contacts in the order of solution."""
     notes: np.ndarray
-    """(4,) number of pairs in the last step, its table, numbers of points to be added to the contacts and of
-    contacts moved to anchors."""
+    """(11,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
+    of contacts moved to anchors; numbers of pairs whose boxes meet and of those with ranks, the next to be
+    checked, 1 where there was no room for one, 1 where `table` is to be filled, 1 where `work` is sorted,
+    length of the sequence."""
 
 
 class Surface(NamedTuple):
@@ -179,6 +206,8 @@ class Solver(NamedTuple):
     rules: np.ndarray
     """(15,) numbers; see TIMESTEP and those that follow."""
     taken: np.ndarray
+    groups: np.ndarray
+    """(ntree,) work array of `order_contacts`."""
     places: np.ndarray
     ends: np.ndarray
     """(6,) ends of the five groups of rows, and the number of rows listed, -1 where others solve all."""
@@ -213,9 +242,9 @@ class Solver(NamedTuple):
 SEARCH = record(Search, "i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8 i8")
 MECHANISM = record(
     Mechanism,
-    "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] i4[::1] i4[::1]"
-    " i4[::1] i4[::1] f8[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[::1] f8[:,::1] f8[::1]",
+    "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]"
+    " i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] f8[:,::1] i4[::1] i4[::1] i4[::1]"
+    " i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[::1] f8[:,::1] f8[::1]",
 )
 STATE = record(
     State,
@@ -223,7 +252,9 @@ STATE = record(
     " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1]",
 )
 POINTS = record(
-    Points, "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i8[::1]"
+    Points,
+    "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] f8[:,::1] f8[:,::1]"
+    " f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i8[::1]",
 )
 SURFACE = record(
     Surface,
@@ -231,9 +262,9 @@ SURFACE = record(
 )
 SOLVER = record(
     Solver,
-    "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] i4[:,::1] f8[:,::1] f8[:,::1]"
-    " f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1]"
-    " f8[::1] f8[:,::1]",
+    "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[:,::1] f8[:,::1]"
+    " f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1]"
+    " f8[:,::1] f8[::1] f8[:,::1]",
 )
 EVERYTHING = Bundle((ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER))
 """Arrays of a step."""

@@ -71,14 +71,15 @@ def choose_trees(
 
 def order_rows(
     kind, index, geom, address, dim, geom_tree, dof_tree, joint_dof, joint_qpos, qpos, slot, limit_slot,
-    limits, equality_slot, equality_tree, taken, count, places, rows, ends,
+    limits, equality_slot, equality_tree, taken, count, sequence, listed, places, rows, ends,
 ):  # fmt: skip
     """List the rows of the chosen trees in the order of solution.
 
     Motors, limits and equalities come by their places, then the normals of all contacts, their spinning
-    rows, the pairs of their rolling rows, the pairs of their sliding rows. limits: (njnt, 2). places:
-    work array. rows: (n, 4) row, its trees (-1 for none) and the contact's place in the list of normals
-    (-1 for none), written. ends: (5,) ends of the five groups, written. Returns the number of rows.
+    rows, the pairs of their rolling rows, the pairs of their sliding rows. limits: (njnt, 2). sequence: the
+    contacts in the order of solution, of which there are `listed`. places: work array. rows: (n, 4) row, its
+    trees (-1 for none) and the contact's place in the list of normals (-1 for none), written. ends: (5,) ends
+    of the five groups, written. Returns the number of rows.
     """
     for place in range(places.shape[0]):
         places[place] = -1
@@ -116,8 +117,9 @@ def order_rows(
     ends[0] = n
     for group in range(4):
         normal = ends[0]
-        for i in range(geom.shape[0]):
-            if address[i] < 0 or geom[i, 0] < 0 or geom[i, 1] < 0:
+        for k in range(listed):
+            i = sequence[k]
+            if address[i] < 0:
                 continue
             a, b = geom_tree[geom[i, 0]], geom_tree[geom[i, 1]]
             if not ((a >= 0 and taken[a] == 1) or (b >= 0 and taken[b] == 1)):

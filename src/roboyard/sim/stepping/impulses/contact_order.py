@@ -1,0 +1,144 @@
+"""The order in which Bullet takes the contacts of a step.
+
+Its pairs of shapes are in the order in which they met. In each step it sorts them by groups of bodies that
+met one another, with a quicksort that leaves pairs of a group in another order than it finds them. How far
+the rounds of the solver get depends on the order: a heavy body on a column stays on it, or sinks until the
+column falls.
+"""
+
+from __future__ import annotations
+
+from roboyard.sim.stepping.impulses.meeting_pairs import meet, place_of_pair
+from roboyard.sim.stepping.impulses.records import (
+    GROUP,
+    HEAD,
+    LISTED,
+    RANGE_END,
+    RANGE_START,
+    RANK,
+    RANKED,
+    SORTED,
+    TAKEN_UP,
+)  # fmt: skip
+
+
+def order_contacts(contacts, count, mechanism, state, surface, points, groups):
+    """Write the contacts in Bullet's order into `Points.sequence`, soft bodies' excepted.
+
+    groups: (ntree,) work array. Where the surfaces have no boxes, the order is MuJoCo's.
+    """
+    notes, work, geom = points.notes, points.work, contacts.geom
+    taken = 0
+    if surface.boxes.shape[0] == 0:
+        for n in range(count):
+            if geom[n, 0] >= 0 and geom[n, 1] >= 0:
+                points.sequence[taken] = n
+                taken += 1
+        notes[TAKEN_UP] = taken
+        return
+    meet(mechanism, state, surface, points)
+    ranks = notes[RANKED]
+    for rank in range(ranks):
+        work[HEAD, rank] = -1
+    loose = a = b = rank = -1
+    for n in range(count):
+        if geom[n, 0] < 0 or geom[n, 1] < 0:
+            continue
+        if geom[n, 0] != a or geom[n, 1] != b:
+            a, b = geom[n, 0], geom[n, 1]
+            place = place_of_pair(points, min(a, b), max(a, b))
+            rank = points.pairs[2, place] if place >= 0 else -1
+        if rank >= 0:
+            insert(points, rank, n)
+        else:
+            points.following[n] = loose
+            loose = n
+    if notes[SORTED] == 0:
+        group_pairs(mechanism.geom_tree, mechanism.equality_tree, points, ranks, groups)
+        sort_pairs(work, ranks)
+        notes[SORTED] = 1
+    for place in range(ranks):
+        n = work[HEAD, work[RANK, place]]
+        while n >= 0:
+            points.sequence[taken] = n
+            taken += 1
+            n = points.following[n]
+    while loose >= 0:
+        points.sequence[taken] = loose
+        taken += 1
+        loose = points.following[loose]
+    notes[TAKEN_UP] = taken
+
+
+def insert(points, rank, contact):
+    """Insert a contact into its pair's chain before the first whose kept point comes later, or at its end."""
+    following, work, slots = points.following, points.work, points.slots
+    last, n = -1, work[HEAD, rank]
+    while n >= 0 and not 0 <= slots[contact] < slots[n]:
+        last, n = n, following[n]
+    following[contact] = n
+    if last < 0:
+        work[HEAD, rank] = contact
+    else:
+        following[last] = contact
+
+
+def group_pairs(geom_tree, equality_tree, points, ranks, groups):
+    """Write for each rank the number of a tree that all trees of its group share."""
+    pairs, work = points.pairs, points.work
+    for tree in range(groups.shape[0]):
+        groups[tree] = tree
+    for place in range(points.notes[LISTED]):
+        unite(groups, geom_tree[pairs[0, place]], geom_tree[pairs[1, place]])
+    for equality in range(equality_tree.shape[0]):
+        unite(groups, equality_tree[equality, 0], equality_tree[equality, 1])
+    for rank in range(ranks):
+        place = points.ranked[rank]
+        tree = geom_tree[pairs[0, place]]
+        if tree < 0:
+            tree = geom_tree[pairs[1, place]]
+        work[RANK, rank] = rank
+        work[GROUP, rank] = root_of(groups, tree) if tree >= 0 else -1
+
+
+def unite(groups, a, b):
+    """Join the groups of two trees, of which none is below 0."""
+    if a >= 0 and b >= 0:
+        groups[root_of(groups, a)] = root_of(groups, b)
+
+
+def root_of(groups, tree):
+    """Return the tree that stands for a tree's group."""
+    while groups[tree] != tree:
+        groups[tree] = groups[groups[tree]]
+        tree = groups[tree]
+    return tree
+
+
+def sort_pairs(work, count):
+    """Sort pairs by their groups, by Hoare's partition about the middle one."""
+    pairs, group, ranges = work[RANK], work[GROUP], 0
+    if count > 1:
+        work[RANGE_START, 0], work[RANGE_END, 0] = 0, count - 1
+        ranges = 1
+    while ranges > 0:
+        ranges -= 1
+        low, high = work[RANGE_START, ranges], work[RANGE_END, ranges]
+        pivot = group[(low + high) // 2]
+        i, j = low, high
+        while i <= j:
+            while group[i] < pivot:
+                i += 1
+            while group[j] > pivot:
+                j -= 1
+            if i <= j:
+                pairs[i], pairs[j] = pairs[j], pairs[i]
+                group[i], group[j] = group[j], group[i]
+                i += 1
+                j -= 1
+        if low < j:
+            work[RANGE_START, ranges], work[RANGE_END, ranges] = low, j
+            ranges += 1
+        if i < high:
+            work[RANGE_START, ranges], work[RANGE_END, ranges] = i, high
+            ranges += 1

@@ -1,0 +1,232 @@
+"""Pairs of shapes whose boxes meet, in the order in which Bullet has them.
+
+Its broad phase gives each shape a box parallel to the world's axes, which is larger than the shape and stays
+until the shape leaves it. Boxes that meet make a pair, whether the shapes touch or not. Each pair has a rank
+in the order of solution, but parts of compounds only while their own boxes meet, without a margin. A new
+pair comes last, and the last takes the place of one that ends, which is noticed some steps later.
+"""
+
+from __future__ import annotations
+
+from roboyard.sim.stepping.impulses.records import CHECKED, FULL, LISTED, RANKED, RENUMBERED, SORTED
+
+PLANE = 0
+"""MuJoCo's type of these geoms."""
+EVERYWHERE = 1e18
+"""Half the size of a plane's box (m)."""
+BREAKING = 0.02
+"""Width (m) by which a shape's box is enlarged when it is compared with the one it is in."""
+SPARE = 0.05
+"""Width (m) by which the box that it gets then is enlarged besides."""
+CHECKS = 10
+"""Pairs are checked in turn for whether they ended: so many of a hundred in a step."""
+
+
+def meet(mechanism, state, surface, points):
+    """Update the boxes of all geoms, the pairs and their ranks."""
+    count = surface.boxes.shape[0]
+    notes, tight, wide, seats = points.notes, points.tight, points.wide, points.seats
+    if notes[RENUMBERED] > 0:
+        list_pairs(points)
+        notes[RENUMBERED] = 0
+    before = notes[LISTED]
+    moved = 0
+    for geom in range(count):
+        if wide[geom, 0] > wide[geom, 3]:
+            place_box(mechanism, state, surface, tight, geom)
+            enlarge(tight, wide, geom, 0.0)
+            add_pairs(mechanism, points, geom, geom)
+            seats[geom, 0] = 2.0 * EVERYWHERE
+            moved = 1
+    for geom in range(count):
+        body = mechanism.geom_body[geom]
+        if mechanism.geom_weld[geom] == 0:
+            x, y, z = state.xpos[body, 0], state.xpos[body, 1], state.xpos[body, 2]
+            if seats[geom, 0] == x and seats[geom, 1] == y and seats[geom, 2] == z:
+                continue
+            seats[geom, 0], seats[geom, 1], seats[geom, 2] = x, y, z
+        place_box(mechanism, state, surface, tight, geom)
+        if leaves_box(tight, wide, geom):
+            enlarge(
+                tight,
+                wide,
+                geom,
+                BREAKING + SPARE if overlap(tight, geom, wide, geom, BREAKING) else BREAKING,
+            )
+            add_pairs(mechanism, points, geom, count)
+            moved = 1
+    if moved == 1:
+        end_pairs(mechanism, points, notes[LISTED] - before + 1)
+    rank_pairs(surface.compound, points)
+
+
+def place_box(mechanism, state, surface, tight, geom):
+    """Write the least and largest coordinates (m) of a geom in the world."""
+    if mechanism.geom_type[geom] == PLANE:
+        for axis in range(3):
+            tight[geom, axis], tight[geom, 3 + axis] = -EVERYWHERE, EVERYWHERE
+        return
+    body, boxes = mechanism.geom_body[geom], surface.boxes
+    for axis in range(3):
+        middle, half = state.xpos[body, axis], 0.0
+        for k in range(3):
+            middle += state.xmat[body, 3 * axis + k] * boxes[geom, 0, k]
+        for edge in range(1, 4):
+            along = 0.0
+            for k in range(3):
+                along += state.xmat[body, 3 * axis + k] * boxes[geom, edge, k]
+            half += abs(along)
+        tight[geom, axis], tight[geom, 3 + axis] = middle - half, middle + half
+
+
+def enlarge(tight, wide, geom, width):
+    """Give a geom a box that is larger than its own by a width (m) on each side."""
+    for axis in range(3):
+        wide[geom, axis] = tight[geom, axis] - width
+        wide[geom, 3 + axis] = tight[geom, 3 + axis] + width
+
+
+def leaves_box(tight, wide, geom):
+    """Return whether a geom, enlarged, is not within the box that it is in."""
+    out = False
+    for axis in range(3):
+        out |= tight[geom, axis] - BREAKING < wide[geom, axis]
+        out |= tight[geom, 3 + axis] + BREAKING > wide[geom, 3 + axis]
+    return out
+
+
+def overlap(boxes, a, others, b, width):
+    """Return whether box a, enlarged by a width (m), and box b of others meet."""
+    for axis in range(3):
+        if boxes[a, axis] - width > others[b, 3 + axis] or boxes[a, 3 + axis] + width < others[b, axis]:
+            return False
+    return True
+
+
+def add_pairs(mechanism, points, geom, end):
+    """Add the pairs of a geom with those before `end` whose boxes meet its own."""
+    wide = points.wide
+    for other in range(end):
+        if overlap(wide, geom, wide, other, 0.0) and other != geom and wide[other, 0] <= wide[other, 3]:
+            a, b = min(geom, other), max(geom, other)
+            if may_touch(mechanism, a, b) and place_of_pair(points, a, b) < 0:
+                add_pair(points, a, b)
+
+
+def may_touch(mechanism, a, b):
+    """Return whether MuJoCo looks for contacts of two geoms."""
+    if mechanism.geom_weld[a] == mechanism.geom_weld[b]:
+        return False
+    bits = mechanism.contype[a] & mechanism.conaffinity[b] | mechanism.contype[b] & mechanism.conaffinity[a]
+    if bits == 0:
+        return False
+    one, two = mechanism.geom_body[a], mechanism.geom_body[b]
+    signature = (min(one, two) << 16) + max(one, two)
+    found = False
+    for k in range(mechanism.excluded.shape[0]):
+        found |= mechanism.excluded[k] == signature
+    return not found
+
+
+def add_pair(points, a, b):
+    """Add a pair behind the others, without a rank; note where there is no room for it."""
+    pairs, place = points.pairs, points.notes[LISTED]
+    if place >= pairs.shape[1]:
+        points.notes[FULL] = 1
+        return
+    pairs[0, place], pairs[1, place], pairs[2, place] = a, b, -1
+    points.notes[LISTED] = place + 1
+    points.notes[SORTED] = 0  # the pair joins groups, if it has a rank or not
+    note_pair(points, place)
+
+
+def note_pair(points, place):
+    """Write a pair's place into the table in which `place_of_pair` looks."""
+    mask = points.table.shape[0] - 1
+    entry = spread(points.pairs[0, place], points.pairs[1, place]) & mask
+    while points.table[entry] >= 0:
+        entry = (entry + 1) & mask
+    points.table[entry] = place
+
+
+def place_of_pair(points, a, b):
+    """Return the place of a pair among all, -1 where there is none."""
+    mask = points.table.shape[0] - 1
+    entry = spread(a, b) & mask
+    while points.table[entry] >= 0:
+        place = points.table[entry]
+        if points.pairs[0, place] == a and points.pairs[1, place] == b:
+            return place
+        entry = (entry + 1) & mask
+    return -1
+
+
+def spread(a, b):
+    """Return a number below 2^31 that differs much where a pair differs little."""
+    mixed = (a * 2654435761 + b * 40503) & 0x7FFFFFFF
+    return mixed ^ (mixed >> 15)
+
+
+def end_pairs(mechanism, points, fresh):
+    """End pairs whose boxes have parted: as many are checked as came, but at least a share of all."""
+    notes, pairs, wide = points.notes, points.pairs, points.wide
+    count = notes[LISTED]
+    left = min(count, max(fresh, count * CHECKS // 100))
+    at = notes[CHECKED]
+    done = 0
+    while done < left:
+        place = (at + done) % count
+        a, b = pairs[0, place], pairs[1, place]
+        if overlap(wide, a, wide, b, 0.0) and may_touch(mechanism, a, b):
+            done += 1
+            continue
+        end_rank(points, place)
+        count -= 1
+        left -= 1
+        if place < count:
+            for k in range(3):
+                pairs[k, place] = pairs[k, count]
+            if pairs[2, place] >= 0:
+                points.ranked[pairs[2, place]] = place
+    notes[CHECKED] = (at + left) % count if count > 0 else 0
+    if count < notes[LISTED]:
+        notes[LISTED], notes[SORTED] = count, 0
+        list_pairs(points)
+
+
+def rank_pairs(compound, points):
+    """Give ranks to pairs that have none, and take those of parts of compounds whose own boxes parted."""
+    pairs, tight = points.pairs, points.tight
+    for place in range(points.notes[LISTED]):
+        a, b = pairs[0, place], pairs[1, place]
+        meets = True
+        if compound[a] == 1 or compound[b] == 1:
+            meets = overlap(tight, a, tight, b, 0.0)
+        if meets and pairs[2, place] < 0:
+            pairs[2, place] = points.notes[RANKED]
+            points.ranked[points.notes[RANKED]] = place
+            points.notes[RANKED] += 1
+            points.notes[SORTED] = 0
+        elif not meets and pairs[2, place] >= 0:
+            end_rank(points, place)
+
+
+def end_rank(points, place):
+    """Let the pair of the last rank take that of a pair, if it has one."""
+    pairs, ranked, rank = points.pairs, points.ranked, points.pairs[2, place]
+    if rank < 0:
+        return
+    last = points.notes[RANKED] - 1
+    ranked[rank] = ranked[last]
+    pairs[2, ranked[rank]] = rank
+    pairs[2, place] = -1
+    points.notes[RANKED] = last
+    points.notes[SORTED] = 0
+
+
+def list_pairs(points):
+    """Fill the table in which `place_of_pair` looks."""
+    for entry in range(points.table.shape[0]):
+        points.table[entry] = -1
+    for place in range(points.notes[LISTED]):
+        note_pair(points, place)
