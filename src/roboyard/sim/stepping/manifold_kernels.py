@@ -19,6 +19,8 @@ AWAY = 1.0
 """Distance (m) of contacts that do not count."""
 APART = 1e-12
 """Depth (m) up to which two spheres are apart, as those that a file lets touch are but for rounding."""
+LEVEL = 1e-7
+"""Slope up to which points of a body are as deep as each other."""
 TAKEN = 2.0
 """Mark of a point that a contact of this step has."""
 
@@ -81,6 +83,9 @@ def keep_points(  # pragma: no cover
                     copy_point(points, row, m, new_points, pairs, m)
                 at = row + 1 if row + 1 < before else 0
                 break
+        only = -1  # of the points on a plane, Bullet finds the deepest in each step
+        if geom_type[a] == PLANE or geom_type[b] == PLANE:
+            only = deepest(contacts, first, i, geom_type, geom_body, xpos, xmat)
         for j in range(first, i):
             if dist[j] - thickness > reach:
                 continue
@@ -93,6 +98,9 @@ def keep_points(  # pragma: no cover
             for k in range(9):
                 fresh[6 + k] = frame[j, k]
             place = place_of(new_points, pairs, n, fresh, reach)
+            if place < 0 and 0 <= only != j:
+                dist[j] = AWAY
+                continue
             if place < 0:
                 if n < MOST:
                     place = n
@@ -300,6 +308,22 @@ def drop_gaps(  # pragma: no cover
                     reach += abs(first) + abs(second)
                 if abs(apart) > reach:
                     contacts.dist[i] = AWAY
+
+
+def deepest(contacts, first, end, geom_type, geom_body, xpos, xmat):
+    """Return the deepest contact of a plane's, of several the one that lies farthest along the body's axes."""
+    best, least = first, 1e9
+    for j in range(first, end):
+        side = 1 if geom_type[contacts.geom[j, 0]] == PLANE else 0
+        body = geom_body[contacts.geom[j, side]]
+        depth = contacts.dist[j]
+        for axis in range(3):
+            for k in range(3):
+                apart = contacts.position[j, k] - xpos[body, k]
+                depth -= LEVEL / (1 + axis) * xmat[body, 3 * k + axis] * apart
+        if depth < least:
+            best, least = j, depth
+    return best
 
 
 def copy_point(points, pair, m, others, other_pair, other_m):

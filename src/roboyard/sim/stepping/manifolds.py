@@ -342,5 +342,5 @@ def _kinds_that_keep() -> np.ndarray:
     keep = np.zeros((8, 8), np.uint8)
     keep[np.ix_(convex, convex)] = 1
     keep[np.ix_([capsule, box], [capsule, box])] = 0  # of these it finds several points
-    # keep[box, box] = 1
+    keep[int(kinds.mjGEOM_PLANE), convex] = keep[convex, int(kinds.mjGEOM_PLANE)] = 1
     return keep
