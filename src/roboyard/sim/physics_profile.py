@@ -22,6 +22,8 @@ class PhysicsProfile:
     """Whether contacts constrain the velocity after the step, from a small gap on; otherwise soft springs."""
     contact_margin: float = 0.0
     """Contribution (m) of each shape, boxes excepted, to the gap at which a contact becomes active."""
+    contact_reach: float = float("inf")
+    """Gap (m) from which on contacts do not push, where nothing else is known of a shape."""
     box_margin: float = 0.0
     """Contribution (m) of boxes to that gap."""
     erp: float = 0.2
@@ -68,7 +70,8 @@ BULLET = PhysicsProfile(
     product_friction=True,
     hard_contacts=True,
     contact_margin=0.006,
-    box_margin=1e-5,
+    contact_reach=0.004,
+    box_margin=5e-4,
     erp=0.2,
     contact_erp=0.08,
     contact_slop=1e-5,

@@ -11,7 +11,7 @@ from roboyard.pybullet.face.arguments import text
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
-from roboyard.sim.stepping.manifolds import KeptPoints
+from roboyard.sim.stepping.manifolds import KeptPoints, MetPairs
 from roboyard.untrusted.arrays import ArraysError, read_arrays
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ _FORMAT = 1
 _MAX_BYTES = 256 << 20
 _CONTACTS = ("contact_owners", "contact_counts", "contact_points")
 """Names of the arrays of `KeptPoints`."""
+_PAIRS = ("pair_owners", "pair_ranks", "pair_checked", "pair_shapes", "pair_boxes")
+"""Names of the arrays of `MetPairs`."""
 
 
 @command()
@@ -100,9 +102,16 @@ def _places(scene: PhysicsScene) -> dict[int, int]:
 
 def _arrays_of(contacts: KeptPoints, places: dict[int, int]) -> dict[str, np.ndarray]:
     """Return the points that pairs keep as arrays of a file, with places of bodies instead of numbers."""
-    owners = contacts.owners.copy()
-    owners[..., 0] = [[places.get(body, -1) for body in pair] for pair in owners[..., 0].tolist()]
-    return dict(zip(_CONTACTS, (owners, contacts.counts, contacts.points), strict=True))
+    most = max((*places, 0)) + 1
+    place_of = np.full(most + 1, -1)  # the last one stands for bodies that are not the scene's
+    place_of[list(places)] = list(places.values())
+    met = contacts.met
+    owners, pairs, shapes = contacts.owners.copy(), met.owners.copy(), met.shapes.copy()
+    for named in (owners, pairs, shapes):
+        named[..., 0] = place_of[np.minimum(named[..., 0], most)]
+    return dict(zip(_CONTACTS, (owners, contacts.counts, contacts.points), strict=True)) | dict(
+        zip(_PAIRS, (pairs, met.ranks, np.array(met.checked), shapes, met.boxes), strict=True)
+    )
 
 
 def _contacts_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> KeptPoints | None:
@@ -128,12 +137,51 @@ def _contacts_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> KeptPoints
         )
     ):
         return None
-    named = owners[..., 0]
-    sensible = ((named >= 0) & (named < len(bodies))).all(axis=1) & (counts >= 0) & (counts <= 4)
+    met = _pairs_in(arrays, bodies)
+    if met is None:
+        return None
+    sensible = _are_named(owners, bodies).all(axis=1) & (counts >= 0) & (counts <= 4)
     sensible &= np.isfinite(points).all(axis=(1, 2))
-    owners = owners[sensible].copy()
+    return KeptPoints(_numbered(owners[sensible], bodies), counts[sensible], points[sensible], met)
+
+
+def _pairs_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> MetPairs | None:
+    """Return the order of pairs in a file; None where it has none, or one that saveBullet does not write."""
+    owners, ranks, checked, shapes, boxes = (arrays.get(name) for name in _PAIRS)
+    if owners is None or ranks is None or checked is None or shapes is None or boxes is None:
+        return None
+    found = (owners, ranks, checked, shapes, boxes)
+    wanted = (
+        ((ranks.size, 2, 3), np.int64),
+        ((ranks.size,), np.int32),
+        ((), np.int64),
+        ((len(boxes) if boxes.ndim else 0, 3), np.int64),
+        ((len(boxes) if boxes.ndim else 0, 6), np.float64),
+    )
+    if any(a.shape != shape or a.dtype != dtype for a, (shape, dtype) in zip(found, wanted, strict=True)):
+        return None
+    if not np.isfinite(boxes).all():
+        return None
+    pairs, known = _are_named(owners, bodies).all(axis=1), _are_named(shapes, bodies)
+    return MetPairs(
+        owners=_numbered(owners[pairs], bodies),
+        ranks=ranks[pairs],
+        checked=int(checked),
+        shapes=_numbered(shapes[known], bodies),
+        boxes=boxes[known],
+    )
+
+
+def _are_named(owners: np.ndarray, bodies: list[int]) -> np.ndarray:
+    """Return which of (..., 3) body, link and place in the link are of one of the bodies."""
+    return (owners[..., 0] >= 0) & (owners[..., 0] < len(bodies))
+
+
+def _numbered(owners: np.ndarray, bodies: list[int]) -> np.ndarray:
+    """Return (..., 3) body, link and place in the link with the numbers of the World's bodies for places."""
+    owners = owners.copy()
     owners[..., 0] = np.array(bodies, dtype=np.int64)[owners[..., 0]]
-    return KeptPoints(owners, counts[sensible], points[sensible])
+    return owners
 
 
 def _joint_counts(scene: PhysicsScene) -> np.ndarray:

@@ -83,6 +83,7 @@ def keep_points(  # pragma: no cover
                     copy_point(points, row, m, new_points, pairs, m)
                 at = row + 1 if row + 1 < before else 0
                 break
+        are_boxes = geom_type[a] == BOX and geom_type[b] == BOX  # they begin to touch without a gap
         only = -1  # of the points on a plane, Bullet finds the deepest in each step
         if geom_type[a] == PLANE or geom_type[b] == PLANE:
             only = deepest(contacts, first, i, geom_type, geom_body, xpos, xmat)
@@ -98,7 +99,7 @@ def keep_points(  # pragma: no cover
             for k in range(9):
                 fresh[6 + k] = frame[j, k]
             place = place_of(new_points, pairs, n, fresh, reach)
-            if place < 0 and 0 <= only != j:
+            if place < 0 and (0 <= only != j or (are_boxes and dist[j] > thickness)):
                 dist[j] = AWAY
                 continue
             if place < 0:
@@ -136,6 +137,10 @@ def keep_points(  # pragma: no cover
                 for j in range(first, i):
                     if slots[j] == n:
                         slots[j] = m
+                continue
+            if are_boxes:  # MuJoCo finds the point again before it can push
+                new_points[pairs, m, 15] = 0.0
+                m += 1
                 continue
             source[found] = first
             extra[found, 0], extra[found, 1], extra[found, 2] = x, y, z
@@ -272,9 +277,9 @@ def in_world(boxes, geom, axis, xmat, body):
     )
 
 
-@compiled(CONTACTS, "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[:,:,::1] u1[::1]")
+@compiled(CONTACTS, "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[:,:,::1] u1[::1] i8")
 def drop_gaps(  # pragma: no cover
-    contacts, contact_count, geom_type, geom_body, xpos, xmat, margins, boxes, compound
+    contacts, contact_count, geom_type, geom_body, xpos, xmat, margins, boxes, compound, boxes_keep
 ):
     """Move contacts away across whose gaps an impulse engine does not look.
 
@@ -282,7 +287,8 @@ def drop_gaps(  # pragma: no cover
     those of a compound's part whose box, parallel to the world's axes, is apart from the other shape's.
 
     margins: (ngeom,) as of `hard_contacts`. boxes: (ngeom, 4, 3) middles of the shapes' boxes and their half
-    axes in the frames of the bodies (m). compound: (ngeom,) 1 for the parts of compounds.
+    axes in the frames of the bodies (m). compound: (ngeom,) 1 for the parts of compounds. boxes_keep: 1 where
+    `keep_points` follows, which does the same for two boxes but for points that they have kept.
     """
     for i in range(contact_count):
         a, b = contacts.geom[i, 0], contacts.geom[i, 1]
@@ -290,6 +296,8 @@ def drop_gaps(  # pragma: no cover
             continue
         gap = contacts.dist[i] - margins[a] - margins[b]
         if gap <= (-APART if geom_type[a] == SPHERE and geom_type[b] == SPHERE else 0.0):
+            continue
+        if geom_type[a] == BOX and geom_type[b] == BOX and boxes_keep == 1:
             continue
         if geom_type[a] == geom_type[b] and (geom_type[a] == SPHERE or geom_type[a] == BOX):
             contacts.dist[i] = AWAY
@@ -311,7 +319,7 @@ def drop_gaps(  # pragma: no cover
 
 
 def deepest(contacts, first, end, geom_type, geom_body, xpos, xmat):
-    """Return the deepest contact of a plane's, of several the one that lies farthest along the body's axes."""
+    """Return the deepest of a plane's contacts, of several the farthest along the body's axes."""
     best, least = first, 1e9
     for j in range(first, end):
         side = 1 if geom_type[contacts.geom[j, 0]] == PLANE else 0

@@ -45,6 +45,22 @@ _BLANK = mujoco.MjContact()
 
 
 @dataclass(frozen=True, slots=True)
+class MetPairs:
+    """The pairs whose boxes meet after a step, in their order; see `meet`."""
+
+    owners: np.ndarray
+    """(n, 2, 3) body, link and place in the link of the pairs' shapes."""
+    ranks: np.ndarray
+    """(n,) int32 ranks in the order of solution, -1 for none."""
+    checked: int
+    """Which of them is checked next for whether it ended."""
+    shapes: np.ndarray
+    """(m, 3) body, link and place in the link of all shapes."""
+    boxes: Array
+    """(m, 6) boxes that the shapes are in (m)."""
+
+
+@dataclass(frozen=True, slots=True)
 class KeptPoints:
     """The points of all pairs after a step."""
 
@@ -54,16 +70,7 @@ class KeptPoints:
     """(n,) number of points."""
     points: Array
     """(n, 4, 16) places in the frames of both links (m), the contact frame, 1 where it did not slide."""
-    met: np.ndarray
-    """(m, 2, 3) the same as `owners`, of all pairs whose boxes meet, in their order."""
-    ranks: np.ndarray
-    """(m,) their ranks, -1 for none."""
-    checked: int
-    """Which of them is checked next for whether it ended."""
-    places: np.ndarray
-    """(ngeom, 3) body, link and place in the link of all shapes."""
-    wide: Array
-    """(ngeom, 6) boxes that the shapes are in (m)."""
+    met: MetPairs
 
 
 class Manifolds:
@@ -77,7 +84,7 @@ class Manifolds:
         self._bound: _Bound | None = None
         self._kept: KeptPoints | None = None
         """The points until arrays are bound again, where bodies were added or removed."""
-        self.points = _points(0, 0, 0)
+        self.points = _points(np.zeros(0, np.int32), np.zeros(0, np.int32), 0, 0)
         """The points, as arguments of compiled loops."""
 
     @property
@@ -106,11 +113,13 @@ class Manifolds:
             owners=bound.owners[pairs],
             counts=now.counts[table, :count].copy(),
             points=now.points[table, :count].copy(),
-            met=bound.owners[now.pairs[:2, :listed].T],
-            ranks=now.pairs[2, :listed].copy(),
-            checked=int(now.notes[CHECKED]),
-            places=bound.owners,
-            wide=now.wide.copy(),
+            met=MetPairs(
+                owners=bound.owners[now.pairs[:2, :listed].T],
+                ranks=now.pairs[2, :listed].copy(),
+                checked=int(now.notes[CHECKED]),
+                shapes=bound.owners[bound.owners[:, 0] >= 0],
+                boxes=now.wide[bound.owners[:, 0] >= 0],
+            ),
         )
 
     def restore(self, kept: KeptPoints | None) -> None:
@@ -148,7 +157,7 @@ class Manifolds:
         """
         contacts = found.contacts, found.counts[0], model.geom_type, model.geom_bodyid, data.xpos, data.xmat
         moved = kernels().round_edges(*contacts, boxes, rounding)
-        kernels().drop_gaps(*contacts, margins, boxes, compound)
+        kernels().drop_gaps(*contacts, margins, boxes, compound, int(self.keeps))
         return moved == 1
 
     def update(
@@ -217,7 +226,9 @@ class Manifolds:
         is_full = bool(points.notes[FULL])
         if room >= contacts and not is_full:
             return
-        grown = _points(len(points.wide), max(2 * contacts, room), 2 * meeting if is_full else meeting)
+        grown = _points(
+            points.turns, points.tree_places, max(2 * contacts, room), 2 * meeting if is_full else meeting
+        )
         for old, new in (
             (points.keys, grown.keys),
             (points.counts, grown.counts),
@@ -249,7 +260,9 @@ class Manifolds:
         )
         kept, self._kept = self._kept, None
         old = self.points
-        self.points = _points(model.ngeom, old.keys.shape[1], max(4 * model.ngeom, old.pairs.shape[1], 16))
+        turns, places = _creation_order(self._bound.owners, model)
+        room = old.keys.shape[1], max(4 * model.ngeom, old.pairs.shape[1], 16)
+        self.points = _points(turns, places, *room)
         if kept is not None:
             self._take(kept, self._bound)
 
@@ -266,21 +279,26 @@ class Manifolds:
             points.keys[0, at] = a * len(bound.owners) + b
             points.counts[0, at], points.points[0, at] = kept.counts[row], kept.points[row]
             points.notes[PAIRS] += 1
-        for owner, box in zip(kept.places.tolist(), kept.wide, strict=True):
+        self._take_order(kept.met, number)
+
+    def _take_order(self, met: MetPairs, number: dict[tuple[int, ...], int]) -> None:
+        """Write the order of pairs, under the numbers of their geoms by body, link and place in the link."""
+        points = self.points
+        for owner, box in zip(met.shapes.tolist(), met.boxes, strict=True):
             geom = number.get(tuple(owner))
             if geom is not None:
                 points.wide[geom] = box
         left = [
             (*sorted((number[tuple(one)], number[tuple(two)])), rank)
-            for (one, two), rank in zip(kept.met.tolist(), kept.ranks.tolist(), strict=True)
+            for (one, two), rank in zip(met.owners.tolist(), met.ranks.tolist(), strict=True)
             if tuple(one) in number and tuple(two) in number
         ][: points.pairs.shape[1]]
         by_rank = sorted((rank, place) for place, (_, _, rank) in enumerate(left) if rank >= 0)
-        points.pairs[:, : len(left)] = np.reshape(left, (-1, 3)).T
+        points.pairs[:, : len(left)] = np.reshape(np.array(left, np.int32), (-1, 3)).T
         for rank, (_, place) in enumerate(by_rank):
             points.pairs[2, place], points.ranked[rank] = rank, place
         points.notes[[LISTED, RANKED, RENUMBERED]] = len(left), len(by_rank), 1
-        points.notes[CHECKED] = min(kept.checked, max(len(left) - 1, 0))
+        points.notes[CHECKED] = min(max(met.checked, 0), max(len(left) - 1, 0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,8 +315,9 @@ class _Bound:
     """Gap (m) up to which MuJoCo finds contacts."""
 
 
-def _points(geoms: int, pairs: int, meeting: int) -> Points:
+def _points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int) -> Points:
     """Return room for the points of so many pairs, and for so many pairs whose boxes meet."""
+    geoms = len(turns)
     new = np.zeros((geoms, 6))
     new[:, 0] = 1.0
     return Points(
@@ -310,9 +329,11 @@ def _points(geoms: int, pairs: int, meeting: int) -> Points:
         source=np.zeros(4 * pairs, np.int32),
         extra=np.zeros((4 * pairs, 13)),
         slots=np.full(5 * pairs, -1, np.int32),
+        turns=turns,
+        tree_places=tree_places,
         tight=np.zeros((geoms, 6)),
         wide=new,
-        seats=np.zeros((geoms, 3)),
+        seats=np.full((geoms, 3), np.inf),
         pairs=np.zeros((3, meeting), np.int32),
         ranked=np.zeros(meeting, np.int32),
         table=np.full(1 << (2 * meeting).bit_length(), -1, np.int32),
@@ -333,6 +354,18 @@ def _owners(world: Engine[Body], count: int) -> np.ndarray:
     return owners
 
 
+def _creation_order(owners: np.ndarray, model: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return (ngeom,) geoms in the order in which their bodies were made, and (ntree,) each tree's place."""
+    of_none = owners[:, 0] < 0
+    turns = np.lexsort((owners[:, 2], owners[:, 1], owners[:, 0], of_none)).astype(np.int32)
+    trees = model.body_treeid[model.geom_bodyid[turns]]
+    first = np.full(model.ntree, len(turns))
+    np.minimum.at(first, trees[trees >= 0], np.flatnonzero(trees >= 0))
+    places = np.empty(model.ntree, np.int32)
+    places[np.argsort(first, kind="stable")] = np.arange(model.ntree)
+    return turns, places
+
+
 @cache
 def _kinds_that_keep() -> np.ndarray:
     """Return (8, 8) 1 for pairs of geom types of which MuJoCo then finds one point, but for round ones."""
@@ -342,5 +375,6 @@ def _kinds_that_keep() -> np.ndarray:
     keep = np.zeros((8, 8), np.uint8)
     keep[np.ix_(convex, convex)] = 1
     keep[np.ix_([capsule, box], [capsule, box])] = 0  # of these it finds several points
+    keep[box, box] = 1
     keep[int(kinds.mjGEOM_PLANE), convex] = keep[convex, int(kinds.mjGEOM_PLANE)] = 1
     return keep

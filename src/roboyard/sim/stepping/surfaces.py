@@ -365,7 +365,10 @@ class Surfaces:
         for (body_id, index), value in self._restitution.items():
             for geom in bodies[body_id].built.links[index].geoms:
                 restitution[geom.id] = value
-        self._no_margins, self._no_reaches = np.zeros(model.ngeom), np.full(model.ngeom, np.inf)
+        self._no_margins, self._no_reaches = (
+            np.zeros(model.ngeom),
+            np.full(model.ngeom, self._world.profile.contact_reach),
+        )
         self._compliance_rows = np.zeros((model.ngeom, 2))
         for (body_id, index), values in self._compliance.items():
             self._compliance_rows[[geom.id for geom in bodies[body_id].built.links[index].geoms]] = values

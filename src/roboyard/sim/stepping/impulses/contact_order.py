@@ -84,35 +84,35 @@ def insert(points, rank, contact):
 
 
 def group_pairs(geom_tree, equality_tree, points, ranks, groups):
-    """Write for each rank the number of a tree that all trees of its group share."""
-    pairs, work = points.pairs, points.work
+    """Write for each rank the place of a tree that all trees of its group share."""
+    pairs, work, places = points.pairs, points.work, points.tree_places
     for tree in range(groups.shape[0]):
         groups[tree] = tree
     for place in range(points.notes[LISTED]):
-        unite(groups, geom_tree[pairs[0, place]], geom_tree[pairs[1, place]])
+        unite(groups, places, geom_tree[pairs[0, place]], geom_tree[pairs[1, place]])
     for equality in range(equality_tree.shape[0]):
-        unite(groups, equality_tree[equality, 0], equality_tree[equality, 1])
+        unite(groups, places, equality_tree[equality, 0], equality_tree[equality, 1])
     for rank in range(ranks):
         place = points.ranked[rank]
         tree = geom_tree[pairs[0, place]]
         if tree < 0:
             tree = geom_tree[pairs[1, place]]
         work[RANK, rank] = rank
-        work[GROUP, rank] = root_of(groups, tree) if tree >= 0 else -1
+        work[GROUP, rank] = root_of(groups, places[tree]) if tree >= 0 else -1
 
 
-def unite(groups, a, b):
+def unite(groups, places, a, b):
     """Join the groups of two trees, of which none is below 0."""
     if a >= 0 and b >= 0:
-        groups[root_of(groups, a)] = root_of(groups, b)
+        groups[root_of(groups, places[a])] = root_of(groups, places[b])
 
 
-def root_of(groups, tree):
-    """Return the tree that stands for a tree's group."""
-    while groups[tree] != tree:
-        groups[tree] = groups[groups[tree]]
-        tree = groups[tree]
-    return tree
+def root_of(groups, place):
+    """Return the place that stands for the group of a tree's place."""
+    while groups[place] != place:
+        groups[place] = groups[groups[place]]
+        place = groups[place]
+    return place
 
 
 def sort_pairs(work, count):

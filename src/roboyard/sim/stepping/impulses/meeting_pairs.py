@@ -8,6 +8,8 @@ pair comes last, and the last takes the place of one that ends, which is noticed
 
 from __future__ import annotations
 
+import numpy as np
+
 from roboyard.sim.stepping.impulses.records import CHECKED, FULL, LISTED, RANKED, RENUMBERED, SORTED
 
 PLANE = 0
@@ -31,14 +33,16 @@ def meet(mechanism, state, surface, points):
         notes[RENUMBERED] = 0
     before = notes[LISTED]
     moved = 0
-    for geom in range(count):
+    for turn in range(count):
+        geom = points.turns[turn]
         if wide[geom, 0] > wide[geom, 3]:
             place_box(mechanism, state, surface, tight, geom)
             enlarge(tight, wide, geom, 0.0)
-            add_pairs(mechanism, points, geom, geom)
-            seats[geom, 0] = 2.0 * EVERYWHERE
+            add_pairs(mechanism, points, geom)
+            seats[geom, 0] = np.inf
             moved = 1
-    for geom in range(count):
+    for turn in range(count):
+        geom = points.turns[turn]
         body = mechanism.geom_body[geom]
         if mechanism.geom_weld[geom] == 0:
             x, y, z = state.xpos[body, 0], state.xpos[body, 1], state.xpos[body, 2]
@@ -53,7 +57,7 @@ def meet(mechanism, state, surface, points):
                 geom,
                 BREAKING + SPARE if overlap(tight, geom, wide, geom, BREAKING) else BREAKING,
             )
-            add_pairs(mechanism, points, geom, count)
+            add_pairs(mechanism, points, geom)
             moved = 1
     if moved == 1:
         end_pairs(mechanism, points, notes[LISTED] - before + 1)
@@ -103,10 +107,11 @@ def overlap(boxes, a, others, b, width):
     return True
 
 
-def add_pairs(mechanism, points, geom, end):
-    """Add the pairs of a geom with those before `end` whose boxes meet its own."""
+def add_pairs(mechanism, points, geom):
+    """Add the pairs of a geom with all that have boxes, where these meet its own."""
     wide = points.wide
-    for other in range(end):
+    for turn in range(points.turns.shape[0]):
+        other = points.turns[turn]
         if overlap(wide, geom, wide, other, 0.0) and other != geom and wide[other, 0] <= wide[other, 3]:
             a, b = min(geom, other), max(geom, other)
             if may_touch(mechanism, a, b) and place_of_pair(points, a, b) < 0:

@@ -155,6 +155,10 @@ class Points(NamedTuple):
     extra: np.ndarray
     slots: np.ndarray
     """Place of each contact's point in the table, -1 for none."""
+    turns: np.ndarray
+    """(ngeom,) geoms in the order in which their bodies were made."""
+    tree_places: np.ndarray
+    """(ntree,) place of each tree in that order."""
     tight: np.ndarray
     """(ngeom, 6) least and largest coordinates of geoms in the world (m)."""
     wide: np.ndarray
@@ -253,8 +257,8 @@ STATE = record(
 )
 POINTS = record(
     Points,
-    "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] f8[:,::1] f8[:,::1]"
-    " f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i8[::1]",
+    "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1]"
+    " f8[:,::1] f8[:,::1] f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i8[::1]",
 )
 SURFACE = record(
     Surface,
