@@ -59,6 +59,14 @@ def replace_constraint_state() -> None:
     _replace("getConstraintState", CONSTRAINT, "constraints", ())
 
 
+def replace_constraints() -> None:
+    """Replace createConstraint and removeConstraint."""
+    from roboyard.pybullet.fast.constraint_entries import CREATION, REMOVAL, CreationState, RemovalState
+
+    replace("createConstraint", CREATION, CreationState(COMMANDS["createConstraint"].function))
+    replace("removeConstraint", REMOVAL, RemovalState(COMMANDS["removeConstraint"].function))
+
+
 def replace_dynamics() -> None:
     """Replace calculateInverseDynamics and calculateMassMatrix."""
     from roboyard.pybullet.fast.tree_entries import TREE

@@ -2,20 +2,51 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import TYPE_CHECKING
 
 from roboyard.errors import RoboyardError
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.state.constraint_records import WORLD, ConstraintRecord
+from roboyard.pybullet.state.constraint_records import IDENTITY, WORLD, ConstraintRecord
 from roboyard.pybullet.state.frames import rotated
 from roboyard.transforms import multiply
 
 if TYPE_CHECKING:
     from roboyard.description.model import Pose
     from roboyard.pybullet.face.arguments import Quaternion, Vector3
+    from roboyard.pybullet.state.constraint_records import ConstraintRequest
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.joint import Joint
     from roboyard.sim.link import Link
+
+
+def requested_constraint(scene: PhysicsScene, number: int, request: ConstraintRequest) -> ConstraintRecord:
+    """Return the record, with the World's constraint, of a request."""
+    parent, link, child, child_link, kind, axis, position, child_position, turn, child_turn = request
+    record = ConstraintRecord(
+        number=number,
+        parent=(parent, link),
+        child=(child, child_link),
+        kind=kind,
+        axis=axis,
+        parent_position=position,
+        parent_orientation=IDENTITY if turn is None else unit(turn),
+        child_position=child_position,
+        child_orientation=IDENTITY if child_turn is None else unit(child_turn),
+    )
+    build(scene, record)
+    return record
+
+
+def unit(orientation: Quaternion) -> Quaternion:
+    """Return a quaternion (4,) of length 1; the identity for zeros."""
+    x, y, z, w = orientation
+    length = sqrt(x * x + y * y + z * z + w * w)
+    if length == 1.0:
+        return orientation
+    if length == 0.0:
+        return IDENTITY
+    return x / length, y / length, z / length, w / length
 
 
 def build(scene: PhysicsScene, record: ConstraintRecord) -> None:

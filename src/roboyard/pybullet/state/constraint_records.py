@@ -13,6 +13,11 @@ if TYPE_CHECKING:
 
 DEFAULT_MAX_FORCE = 500.0
 WORLD = -1
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
+ConstraintRequest = tuple[
+    int, int, int, int, int, "Vector3", "Vector3", "Vector3", "Quaternion | None", "Quaternion | None"
+]
+"""Checked arguments of createConstraint, vectors of floats; None for the identity."""
 
 
 @dataclass(kw_only=True, slots=True)

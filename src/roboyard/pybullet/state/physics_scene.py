@@ -16,7 +16,8 @@ from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, IMMOVABLE_MASS, MULTIBODY, BodyRecord
-from roboyard.pybullet.state.constraint_records import ConstraintRecord
+from roboyard.pybullet.state.constraint_building import requested_constraint
+from roboyard.pybullet.state.constraint_records import ConstraintRecord, ConstraintRequest
 from roboyard.pybullet.state.contacts import Contact, LastStep
 from roboyard.pybullet.state.engine_parameters import (
     CONTACT_ERP,
@@ -70,8 +71,11 @@ class PhysicsScene:
         self.collision_shapes: dict[int, Any] = {}
         self.visual_shapes: dict[int, Any] = {}
         self.collision_ids, self.visual_ids = IdPool(), IdPool()
-        self.constraints: dict[int, ConstraintRecord] = {}
+        self._constraints: dict[int, ConstraintRecord] = {}
         self.constraint_ids = Counter(1)
+        self.requested: dict[int, ConstraintRequest] = {}
+        """Constraints of machine code that are not built yet, by id; one that is removed before never is."""
+        self.world.constraints.before_entering = self.build_requested
         self.states: dict[int, Any] = {}
         self.state_contacts: dict[int, tuple[Contact, ...]] = {}
         """Contacts of saved states, where they have any."""
@@ -240,8 +244,10 @@ class PhysicsScene:
         self.last_step.remove_body(number)
         if record.motor_commands is not None:
             self.pending_commands.discard(record.motor_commands)
-        for key in [key for key, held in self.constraints.items() if held.involves(number)]:
-            del self.constraints[key]
+        for key in [key for key, held in self._constraints.items() if held.involves(number)]:
+            del self._constraints[key]
+        for key in [key for key, request in self.requested.items() if number in (request[0], request[2])]:
+            del self.requested[key]
         self.textures.remove_body(record, self.world)
         self.world.remove(record.body)
         del self._records_by_world_id[record.body.id]
@@ -286,6 +292,20 @@ class PhysicsScene:
         """Return the World's link, or None."""
         record = self.bodies.get(body)
         return None if record is None else record.link(link)
+
+    @property
+    def constraints(self) -> dict[int, ConstraintRecord]:
+        """Constraints by id, in the order they were created."""
+        if self.requested:
+            self.build_requested()
+        return self._constraints
+
+    def build_requested(self) -> None:
+        """Build the constraints that were only requested."""
+        requested = dict(self.requested)
+        self.requested.clear()
+        for number, request in requested.items():
+            self._constraints[number] = requested_constraint(self, number, request)
 
     # ---------------------------------------------------------------------------------------------- queries
 
@@ -383,6 +403,8 @@ class PhysicsScene:
         p = self.parameters
         if self._applied_revision == p.revision:
             return
+        if self.requested:  # their bounds depend on the time step
+            self.build_requested()
         self._applied_revision = p.revision
         self.world.gravity = p.gravity
         self.world.timestep = p.time_step / max(1, p.sub_steps)
@@ -472,6 +494,8 @@ class PhysicsScene:
     def step(self) -> None:
         """Advance by one time step, divided into the client's substeps."""
         parameters, world = self.parameters, self.world
+        if self.requested:
+            self.build_requested()
         if self._applied_revision != parameters.revision:
             self.apply_parameters()
         if self.pending_commands:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
@@ -67,6 +68,8 @@ class Constraints:
         self._next = 1
         self._new: list[Constraint] = []
         """Those that are not in the spec yet; one that is removed before costs no compile."""
+        self.before_entering: Callable[[], None] | None = None
+        """Called before new constraints enter the spec: adds those that other layers have not added yet."""
         self._edits = -1
         """Edits of the world so far, if they are the only ones since its compile; else -1."""
         self._bounds: np.ndarray | None = None
@@ -259,6 +262,8 @@ class Constraints:
 
     def enter_new(self) -> None:
         """Add new constraints to the spec, before it is compiled or read."""
+        if self.before_entering is not None:
+            self.before_entering()
         for constraint in self._new:
             self._enter(constraint)
         self._new.clear()
