@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,12 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.file_mounts import FileMounts
 
 _DATA_FOLDERS = ("data", "../data", "../../data", "../../../data", "../../../../data")
+
+
+@lru_cache(maxsize=256)
+def _path(folder: str | Path, name: str) -> Path:
+    """Return the path of a name in a folder, kept: to parse a name takes longer than to find the file."""
+    return Path(folder, name)
 
 
 def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = None) -> Path | None:
@@ -22,15 +29,15 @@ def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = N
         name: file name as the script gives it.
         mounts: mounts of the fileIOPlugin, searched last.
     """
-    given = Path(name)
+    given = _path("", name)
     if given.is_absolute():
         if is_file(given):
             return _original(given)
-        given = given.relative_to(given.anchor)
-    folders = [Path(), *([search_path] if search_path else []), *map(Path, _DATA_FOLDERS)]
-    for folder in folders:
-        if is_file(folder / given):
-            return _original((folder / given).absolute())
+        name = str(given.relative_to(given.anchor))
+    for folder in ("", *([search_path] if search_path else []), *_DATA_FOLDERS):
+        file = _path(folder, name)
+        if is_file(file):
+            return _original(file.absolute())
     if mounts is None:
         return None
     return mounts.find(name) or (mounts.find(str(search_path / name)) if search_path else None)
