@@ -150,7 +150,7 @@ def changeConstraint(
         and number(maxForce) >= 0.0
         and not (record.is_bounded and maxForce == record.max_force)
     ):
-        record.max_force, record.is_bounded = float(maxForce), True
+        record.max_force = record.bound = float(maxForce)
         scene.world.constraints.set_max_force(record.made, maxForce)
     if not (
         gearRatio is _NO_RATIO
@@ -328,7 +328,7 @@ def _bound(client: Client, number: int, force: float) -> None:
     record: ConstraintRecord | None = scene.constraints.get(number)
     if record is None or record.made is None or (record.is_bounded and force == record.max_force):
         return
-    record.max_force, record.is_bounded = float(force), True
+    record.max_force = record.bound = float(force)
     scene.world.constraints.set_max_force(record.made, force)
 
 
@@ -339,4 +339,9 @@ CHANGES: Mapping[str, Any] = {
 }
 """Arguments of changeConstraint that change one property, to what does so where only such ones are given."""
 _LENGTHS = {"jointChildPivot": 3, "jointChildFrameOrientation": 4}
-START.later(partial(replace_properties, "changeConstraint", CHANGES, _LENGTHS))
+_PRESENT = {
+    "jointChildPivot": "child_position",
+    "jointChildFrameOrientation": "child_orientation",
+    "maxForce": "bound",
+}
+START.later(partial(replace_properties, "changeConstraint", CHANGES, _LENGTHS, "_constraints", _PRESENT))

@@ -94,7 +94,11 @@ def replace_settings(name: str) -> None:
 
 
 def replace_properties(
-    name: str, changes: Mapping[str, Callable[..., None]], lengths: Mapping[str, int] | None = None
+    name: str,
+    changes: Mapping[str, Callable[..., None]],
+    lengths: Mapping[str, int] | None = None,
+    records: str | None = None,
+    present: Mapping[str, str] | None = None,
 ) -> None:
     """Replace a command with many optional arguments.
 
@@ -102,6 +106,8 @@ def replace_properties(
         name: of the command, whose other arguments are the client and integers.
         changes: optional argument to a function of those and of its number, or numbers.
         lengths: arguments that are several numbers, and how many.
+        records: attribute of the scene with records by the first integer, if any.
+        present: arguments to the record's attribute that is equal where they change nothing.
     """
     from roboyard.pybullet.fast.property_entries import PROPERTIES, Properties
 
@@ -111,7 +117,8 @@ def replace_properties(
     names = code.co_varnames[first : code.co_argcount]
     by_place = tuple(changes.get(argument) for argument in names)
     sizes = tuple((lengths or {}).get(argument, 0) for argument in names)
-    replace(name, PROPERTIES, Properties(function, by_place, sizes, defaults, first))
+    attributes = tuple((present or {}).get(argument) for argument in names)
+    replace(name, PROPERTIES, Properties(function, by_place, sizes, defaults, first, records, attributes))
 
 
 def replace_lines() -> None:

@@ -44,8 +44,8 @@ class ConstraintRecord:
     """Joint orientation in the child or the world (x, y, z, w)."""
     max_force: float = DEFAULT_MAX_FORCE
     """Largest force (N) or torque (N m)."""
-    is_bounded: bool = False
-    """Whether the script has set the largest force; else it is an impulse (N s or N m s) in effect."""
+    bound: float | None = None
+    """The largest force where the script has set it; None: it is an impulse (N s or N m s) in effect."""
     gear_ratio: float = 0.0
     """Ratio of a gear; 0: not set, which couples 1 to 1."""
     gear_aux_link: int | None = None
@@ -58,6 +58,11 @@ class ConstraintRecord:
     """The World's constraint."""
     anchor: tuple[SoftBody, Anchor] | None = None
     """The anchor of a soft body."""
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether the script has set the largest force."""
+        return self.bound is not None
 
     def involves(self, body: int) -> bool:
         """Return whether a body is the parent or child."""

@@ -366,7 +366,7 @@ class Constraints:
         site = constraint.site_a if side == "a" else constraint.site_b
         if site is None:
             raise RoboyardError(f"constraint {constraint.id} is a gear and has no frames")
-        place = None if position is None else _position("a position", position)
+        place: Any = None if position is None else _position("a position", position)
         turn = None if orientation is None else normalized(orientation).tolist()
         key = (constraint.id, side)
         moved = self._moved.get(key)
