@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any
 
+import numpy as np
+
 from roboyard._lazy import LazyLogger
 from roboyard.native.builtin import bound_function
 from roboyard.native.fronts import Front
@@ -90,7 +92,9 @@ def replace_settings(name: str) -> None:
         step if place < first else step._replace(default=defaults[place - first])
         for place, step in enumerate(steps)
     )
-    replace(name, SETTINGS, Settings(function, owner, table, revision, steps))
+    kinds = np.array([step.kind for step in steps], np.int64)
+    bounds = np.array([(step.least, step.most) for step in steps])
+    replace(name, SETTINGS, Settings(function, kinds, bounds, owner, table, revision, steps))
 
 
 def replace_properties(

@@ -40,7 +40,8 @@ class Properties(NamedTuple):
 
 _SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
-COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE, NONE, WHOLE, NUMBER, LISTED = range(3, 15)
+COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
+NONE, WHOLE, NUMBER, LISTED = range(11, 15)
 {parts(PLAIN, ATTRIBUTE, FOUND)}
 @part
 def number_of(state, values, place):
