@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Protocol
 
 from roboyard._records import dataclass
 
 if TYPE_CHECKING:
     from roboyard.pybullet.face.arguments import Quaternion, Vector3
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.sim.link import Link
     from roboyard.sim.soft.soft_body import Anchor, SoftBody
     from roboyard.sim.stepping.constraints import Constraint
+    from roboyard.sim.world import World
 
 DEFAULT_MAX_FORCE = 500.0
 WORLD = -1
@@ -67,3 +71,21 @@ class ConstraintRecord:
     def involves(self, body: int) -> bool:
         """Return whether a body is the parent or child."""
         return body in (self.parent[0], self.child[0])
+
+
+class ConstraintScene(Protocol):
+    """The parts of a scene that constraints are built from."""
+
+    @property
+    def world(self) -> World:
+        """The World."""
+        ...
+
+    @property
+    def bodies(self) -> Mapping[int, BodyRecord]:
+        """Bodies by id."""
+        ...
+
+    def link(self, body: int, link: int) -> Link | None:
+        """Return the World's link, or None."""
+        ...

@@ -86,7 +86,7 @@ class Textures:
 
 
 def _has_images(model: BodyModel) -> bool:
-    """Return whether a shape has an image, or its mesh file cannot tell."""
+    """Return whether a shape has an image, or its mesh file cannot be read."""
     for shape in _drawn(model):
         geometry, material = shape.geometry, getattr(shape, "material", None)
         if material is not None and material.texture is not None:
