@@ -16,7 +16,6 @@ from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, IMMOVABLE_MASS, MULTIBODY, BodyRecord
-from roboyard.pybullet.state.constraint_building import requested_constraint
 from roboyard.pybullet.state.constraint_records import ConstraintRecord, ConstraintRequest
 from roboyard.pybullet.state.contacts import Contact, LastStep
 from roboyard.pybullet.state.engine_parameters import (
@@ -302,6 +301,10 @@ class PhysicsScene:
 
     def build_requested(self) -> None:
         """Build the constraints that were only requested."""
+        if not self.requested:
+            return
+        from roboyard.pybullet.state.constraint_building import requested_constraint
+
         requested = dict(self.requested)
         self.requested.clear()
         for number, request in requested.items():
