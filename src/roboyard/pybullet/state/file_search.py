@@ -8,29 +8,41 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from roboyard.pybullet.state.file_mounts import FileMounts
 
-_DATA_FOLDERS = ("data", "../data", "../../data", "../../../data", "../../../../data")
+_DATA_FOLDERS = tuple(map(Path, ("data", "../data", "../../data", "../../../data", "../../../../data")))
+
+
+class SearchPath:
+    """The folder of setAdditionalSearchPath. Like Bullet's it is one for all clients of the process, for ever."""
+
+    __slots__ = ("folder",)
+
+    def __init__(self) -> None:
+        """Search nowhere besides."""
+        self.folder: Path | None = None
+
+
+OF_PROCESS = SearchPath()
 
 
 def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = None) -> Path | None:
     """Return the absolute path of a file that a script names, or None.
 
-    Searched in order: the working directory, the search path, data folders nearby. Like Bullet, which puts
-    these folders in front of any name, also of an absolute one that does not exist.
+    Searched in order: the working directory, the data folders nearby, then the same with the search path in
+    front of the name. Like Bullet, which puts these folders in front of any name, also of an absolute one
+    that does not exist.
 
     Args:
         search_path: folder of setAdditionalSearchPath.
         name: file name as the script gives it.
         mounts: mounts of the fileIOPlugin, searched last.
     """
-    given = Path(name)
-    if given.is_absolute():
+    for given in (Path(name), *([search_path / name] if search_path else [])):
         if is_file(given):
-            return _original(given)
-        given = given.relative_to(given.anchor)
-    folders = [Path(), *([search_path] if search_path else []), *map(Path, _DATA_FOLDERS)]
-    for folder in folders:
-        if is_file(folder / given):
-            return _original((folder / given).absolute())
+            return _original(given.absolute())
+        relative = given.relative_to(given.anchor)
+        for folder in _DATA_FOLDERS:
+            if is_file(folder / relative):
+                return _original((folder / relative).absolute())
     if mounts is None:
         return None
     return mounts.find(name) or (mounts.find(str(search_path / name)) if search_path else None)
