@@ -277,7 +277,7 @@ def record_search_order(p: Any, folder: Path) -> list[float | str]:
     for place, mass in places.items():
         (folder / place).mkdir(parents=True)
         write(folder / place, "same.urdf", text.format(mass))
-    before = os.getcwd()
+    before = Path.cwd()
     os.chdir(folder / "work")
     p.setPhysicsEngineParameter(enableFileCaching=0)
     p.setAdditionalSearchPath(str(folder / "searched"))

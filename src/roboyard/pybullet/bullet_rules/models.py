@@ -35,6 +35,10 @@ _WHITE = (1.0, 1.0, 1.0, 1.0)
 MASS_WITHOUT_INERTIAL = 1.0
 CYLINDER_SIDES = 32
 STATIC_LINK_NAME = "world"
+IMMOVABLE_MASS = 1e6
+"""Mass (kg) and moments (kg m²) of a movable base that no force moves."""
+_LEAST_MOMENT = 2.220446049250313e-16
+"""Smaller moments (kg m²) are zero to Bullet."""
 MomentsOf = Callable[[float, Pose, tuple[Collision, ...]], Moments]
 """Function from mass (kg), inertial frame and shapes of a link to moments (kg m²)."""
 BoundsOf = Callable[[Pose, tuple[Collision, ...]], LinkBounds]
@@ -155,7 +159,7 @@ def world_description(
     made = tuple(
         replace(
             source[link.name],
-            inertial=_inertial(link),
+            inertial=_inertial(link, is_alone=len(links) == 1),
             collisions=shapes_of(link.collisions),
             visuals=link.visuals or _default_visuals(link.collisions),
         )
@@ -266,10 +270,26 @@ def _file_moments(inertial: Inertial) -> tuple[Pose, tuple[float, float, float]]
     return frame, moments
 
 
-def _inertial(link: LinkModel) -> Inertial | None:
+def never_turns(moments: Moments) -> bool:
+    """Return whether a body of one link with these moments keeps its angular velocity, whatever acts on it.
+
+    Source:
+        Bullet, btMultiBody.cpp, solveImatrix: without links, one moment of zero is enough.
+    """
+    return min(moments) < _LEAST_MOMENT
+
+
+def world_moments(moments: Moments, *, is_alone: bool) -> Moments:
+    """Return the moments (kg m²) that a link has in the World: heavy if it is a body that never turns."""
+    if is_alone and never_turns(moments):
+        return IMMOVABLE_MASS, IMMOVABLE_MASS, IMMOVABLE_MASS
+    return moments
+
+
+def _inertial(link: LinkModel, *, is_alone: bool) -> Inertial | None:
     if link.mass == 0.0:
         return None
-    x, y, z = link.moments
+    x, y, z = world_moments(link.moments, is_alone=is_alone)
     return Inertial(mass=link.mass, origin=link.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
 
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from roboyard.pybullet.state.file_mounts import FileMounts
 
-_DATA_FOLDERS = tuple(map(Path, ("data", "../data", "../../data", "../../../data", "../../../../data")))
+_PREFIXES = tuple(map(Path, (".", "data", "../data", "../../data", "../../../data", "../../../../data")))
 
 
 class SearchPath:
-    """The folder of setAdditionalSearchPath. Like Bullet's it is one for all clients of the process, for ever."""
+    """The folder of setAdditionalSearchPath; like Bullet's, it is one for all clients of the process."""
 
     __slots__ = ("folder",)
 
@@ -40,7 +40,7 @@ def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = N
         if is_file(given):
             return _original(given.absolute())
         relative = given.relative_to(given.anchor)
-        for folder in _DATA_FOLDERS:
+        for folder in _PREFIXES:
             if is_file(folder / relative):
                 return _original((folder / relative).absolute())
     if mounts is None:
