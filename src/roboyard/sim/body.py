@@ -208,7 +208,7 @@ class Body:
 
     @property
     def placed(self) -> tuple[Array, Array] | None:
-        """`pose` of a body that the compiled model does not have yet, which stays stale; None for others."""
+        """`pose` (3,), (4,) of a body that the compiled model does not have yet; None for others."""
         if self.mujoco_ids[0] > 0 or self.built.is_ground:
             return None
         element = self.built.links[0].element

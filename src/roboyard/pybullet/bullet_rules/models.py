@@ -271,7 +271,7 @@ def _file_moments(inertial: Inertial) -> tuple[Pose, tuple[float, float, float]]
 
 
 def never_turns(moments: Moments) -> bool:
-    """Return whether a body of one link with these moments keeps its angular velocity, whatever acts on it.
+    """Return whether a body of one link with these moments keeps its angular velocity for ever.
 
     Source:
         Bullet, btMultiBody.cpp, solveImatrix: without links, one moment of zero is enough.

@@ -36,7 +36,7 @@ def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = N
         name: file name as the script gives it.
         mounts: mounts of the fileIOPlugin, searched last.
     """
-    for given in (Path(name), *([search_path / name] if search_path else [])):
+    for given in (Path(name), *([Path(f"{search_path}/{name}")] if search_path else [])):
         if is_file(given):
             return _original(given.absolute())
         relative = given.relative_to(given.anchor)
