@@ -187,7 +187,8 @@ def _prism(radius: float, length: float) -> Mesh:
 
 def _default_visuals(collisions: tuple[Collision, ...]) -> tuple[Visual, ...]:
     """Return the visuals of a link without visual shapes: its collision shapes."""
-    return tuple(Visual(geometry=shape.geometry, origin=shape.origin) for shape in collisions)
+    white = Material(rgba=_WHITE)
+    return tuple(Visual(geometry=shape.geometry, origin=shape.origin, material=white) for shape in collisions)
 
 
 def ordered_joints(description: RobotDescription, *, keep_link_order: bool) -> tuple[Joint, ...]:
@@ -239,15 +240,18 @@ def _link_model(link: Link, flags: int, moments_of: MomentsOf) -> LinkModel:
 
 
 def _colored(visual: Visual, flags: int) -> Visual:
-    """Return a visual that takes no colours from its mesh file, unless the flags and an OBJ file say so.
+    """Return a visual that is white without a colour, unless the flags and its OBJ file say otherwise.
 
     Source:
         Bullet, TinyRendererVisualShapeConverter.cpp, convertURDFToVisualShapeInternal.
     """
     geometry, material = visual.geometry, visual.material
-    if not isinstance(geometry, Mesh) or geometry.path is None:
-        return visual
-    if flags & c.URDF_USE_MATERIAL_COLORS_FROM_MTL and geometry.path.suffix.lower() == ".obj":
+    if (
+        flags & c.URDF_USE_MATERIAL_COLORS_FROM_MTL
+        and isinstance(geometry, Mesh)
+        and geometry.path is not None
+        and geometry.path.suffix.lower() == ".obj"
+    ):
         return visual
     if material is None:
         return replace(visual, material=Material(rgba=_WHITE))
