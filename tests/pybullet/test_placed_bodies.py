@@ -54,7 +54,8 @@ def test_asking_for_poses_compiles_nothing(client: int, tmp_path: Path) -> None:
     from roboyard.pybullet.connections import CLIENTS
 
     (tmp_path / "arm.urdf").write_text(ARM)
-    world = CLIENTS[client].scene.world
+    opened: Any = CLIENTS[client]
+    world = opened.scene.world
     for place in range(3):
         p.getBasePositionAndOrientation(_add("arm", tmp_path / "arm.urdf", place))
         assert world.is_stale
