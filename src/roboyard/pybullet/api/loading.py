@@ -48,10 +48,13 @@ _folder = lru_cache(maxsize=16)(Path)
 
 @command()
 def setAdditionalSearchPath(client: Client, path: str) -> None:
-    """Set the folder where files are searched after the working directory; it replaces the previous one."""
-    folder = _folder(text(path))
-    if folder is not client.search_path:
-        client.search_path = folder
+    """Set the folder where files are searched after the working directory; it replaces the previous one.
+
+    As in Bullet, it holds for all clients of the process, also for those that connect later.
+    """
+    client.search.folder = folder = _folder(text(path))
+    if folder is not client.searched:
+        client.searched = folder
         _note_folder(client, folder)
 
 
@@ -118,7 +121,7 @@ def _beside(client: Client, folder: Path, name: str) -> Path | None:
     beside = folder / name
     if is_file(beside) and is_inside(beside, [folder]):
         return beside
-    return find_file(client.search_path, name, client.mounts)
+    return find_file(client.search.folder, name, client.mounts)
 
 
 def _apply_file_filters(client: Client, record: BodyRecord) -> None:
@@ -256,9 +259,9 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
 
 
 def _existing(client: Client, name: str, message: str) -> Path:
-    path = find_file(client.search_path, text(name), client.mounts)
+    path = find_file(client.search.folder, text(name), client.mounts)
     if path is None:
-        raise failure(message, not_found_remedy(client.search_path, name))
+        raise failure(message, not_found_remedy(client.search.folder, name))
     _note_folder(client, path.parent)
     return path
 
@@ -268,7 +271,7 @@ def _search_paths(client: Client) -> list[Path]:
 
     Programs write files into a temporary folder that name the meshes of others, which they loaded before.
     """
-    given = [client.search_path.absolute()] if client.search_path else []
+    given = [client.search.folder.absolute()] if client.search.folder else []
     return [*given, *client.named_folders]
 
 

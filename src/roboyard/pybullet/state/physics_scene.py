@@ -6,16 +6,19 @@ from collections.abc import KeysView
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from roboyard.description.model import Inertial
 from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches, shape_boxes
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
-from roboyard.pybullet.bullet_rules.models import BodyModel
+from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, BodyModel, never_turns
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
 from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
+from roboyard.pybullet.face.constants import JOINT_REVOLUTE
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, IMMOVABLE_MASS, MULTIBODY, BodyRecord
+from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
 from roboyard.pybullet.state.constraint_records import ConstraintRecord, ConstraintRequest
 from roboyard.pybullet.state.contacts import Contact, LastStep
 from roboyard.pybullet.state.engine_parameters import (
@@ -33,6 +36,7 @@ from roboyard.sim.link import Link
 from roboyard.sim.mujoco_library import stop_timers
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.world import World
+from roboyard.transforms import conjugate, rotate
 
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
@@ -183,6 +187,8 @@ class PhysicsScene:
         record.linear_damping, record.angular_damping = linear, angular
         if record.kind != MULTIBODY:
             linear = angular = 0.0
+        elif len(record.links) == 1 and never_turns(record.links[0].moments):
+            angular = 0.0
         for link, state in zip(record.body.links, record.links, strict=True):
             if state.mass > 0.0:
                 self.world.surfaces.set_damping(
@@ -190,19 +196,29 @@ class PhysicsScene:
                 )
 
     def hold_massless_joints(self, record: BodyRecord) -> None:
-        """Hold joints beyond which nothing has mass, as in Bullet: neither forces nor motors move them."""
-        if record.kind != MULTIBODY or not (record.held or any(s.mass == 0.0 for s in record.links[1:])):
+        """Hold joints beyond which nothing has mass, as in Bullet: neither forces nor motors move them.
+
+        The same holds for a hinge that carries one link only, without inertia about the axis and with its
+        centre of mass on it.
+        """
+        links = record.links[1:]
+        if record.kind != MULTIBODY or not (
+            record.held or any(state.mass == 0.0 or never_turns(state.moments) for state in links)
+        ):
             return
-        masses = [state.mass for state in record.links[1:]]
+        masses = [state.mass for state in links]
         for index in range(len(masses) - 1, -1, -1):
             parent = record.model.links[index + 1].parent
             if parent >= 0:
                 masses[parent] += masses[index]
             joint = record.body.joints[index]
-            if masses[index] == 0.0 and index not in record.held:
+            is_held = masses[index] == 0.0 or (
+                masses[index] == links[index].mass and _is_on_axis(record, index)
+            )
+            if is_held and index not in record.held:
                 record.held[index] = joint.armature
                 joint.armature = HELD_INERTIA
-            elif masses[index] > 0.0 and index in record.held:
+            elif not is_held and index in record.held:
                 joint.armature = record.held.pop(index)
 
     def free_base(self, record: BodyRecord) -> None:
@@ -570,3 +586,14 @@ class PhysicsScene:
         """Note that positions or velocities were written."""
         self.world.mark_moved()
         self.frames_are_old = True
+
+
+def _is_on_axis(record: BodyRecord, joint: int) -> bool:
+    """Return whether a hinge's link has no inertia about its axis."""
+    state, info = record.links[joint + 1], record.infos[joint]
+    if info[2] != JOINT_REVOLUTE:
+        return False
+    axis = np.asarray(info[13])
+    arm = rotate(conjugate(state.frame.quaternion), state.frame.position)
+    about = axis**2 @ np.asarray(state.moments) + state.mass * np.sum(np.cross(axis, arm) ** 2)
+    return never_turns((about, about, about))
