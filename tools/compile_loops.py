@@ -2,8 +2,8 @@
 
     python tools/compile_loops.py [--spare 1]
 
-Loops that are stored already are left alone. Each process takes one module, those first that are compiled from
-most source: loops of one module share the functions that they call. `--spare` leaves cores to other programs.
+Loops that are stored already are left alone. Each process takes one module, those first that are compiled
+from most source: loops of one module share the functions that they call. `--spare` leaves cores to others.
 """
 
 from __future__ import annotations
