@@ -1,9 +1,9 @@
 """Compile all loops of the package on all cores, so that no test waits for one.
 
-    python tools/compile_loops.py [--spare 1]
+    python tools/compile_loops.py [--reserve 1]
 
 Loops that are stored already are left alone. Each process takes one module, those first that are compiled
-from most source: loops of one module share the functions that they call. `--spare` leaves cores to others.
+from most source: loops of one module share the functions that they call. `--reserve` keeps cores for others.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ DECORATED = re.compile(r"^(@(compiled|fronted|kernel|called_by_c)|[A-Z]+ = Front
 def main() -> None:
     """Compile what is not stored, and say how many loops there were."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--spare", type=int, default=0, help="cores left to other programs")
-    processes = max(1, (os.cpu_count() or 1) - parser.parse_args().spare)
+    parser.add_argument("--reserve", type=int, default=0, help="cores left to other programs")
+    processes = max(1, (os.cpu_count() or 1) - parser.parse_args().reserve)
     start = time.monotonic()
     names = [name for name in modules_with_loops() if any(missing_of(name))]
     spawn = multiprocessing.get_context("spawn")
