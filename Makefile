@@ -20,6 +20,8 @@ OUT ?= demo
 FUZZ ?= 30
 ARGS ?=
 BIN := $(VENV)/bin
+# Each worker begins with its own share of the files: neighbours use the same robots and libraries.
+PARALLEL := -n auto --dist worksteal
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 # The checker must not look for its own updates.
@@ -36,15 +38,15 @@ demo: $(VENV)/.installed
 
 test: $(VENV)/.installed-test
 	$(BIN)/python tools/compile_loops.py
-	$(BIN)/python -m pytest -n auto -m "not slow" $(ARGS)
+	$(BIN)/python -m pytest $(PARALLEL) -m "not slow" $(ARGS)
 
 test-all: $(VENV)/.installed-all
 	$(BIN)/python tools/compile_loops.py
-	$(BIN)/python -m pytest -n auto $(ARGS)
+	$(BIN)/python -m pytest $(PARALLEL) $(ARGS)
 
 attack: $(VENV)/.installed-test
 	$(BIN)/python tools/compile_loops.py
-	$(BIN)/python -m pytest -q -n auto tests/test_attack.py tests/untrusted tests/sim/test_mjcf_hostile.py \
+	$(BIN)/python -m pytest -q $(PARALLEL) tests/test_attack.py tests/untrusted tests/sim/test_mjcf_hostile.py \
 	  tests/sim/test_survival.py tests/shapes/test_bounds.py tests/description/test_workspaces.py \
 	  tests/audit/test_hostile.py tests/audit/test_fuzz.py tests/pybullet/test_server_strangers.py \
 	  tests/pybullet/test_server_guards.py tests/test_installations.py tests/cli/test_control_characters.py \

@@ -1,13 +1,14 @@
 """Compile all loops of the package on all cores, so that no test waits for one.
 
-    python tools/compile_loops.py
+    python tools/compile_loops.py [--reserve 1]
 
-Loops that are stored already are left alone. Each process takes one module after another, those first that
-are compiled from most source: loops of one module share the functions that they call.
+Loops that are stored already are left alone. Each process takes one module, those first that are compiled
+from most source: loops of one module share the functions that they call. `--reserve` keeps cores for others.
 """
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import multiprocessing
 import os
@@ -28,11 +29,15 @@ DECORATED = re.compile(r"^(@(compiled|fronted|kernel|called_by_c)|[A-Z]+ = Front
 
 def main() -> None:
     """Compile what is not stored, and say how many loops there were."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--reserve", type=int, default=0, help="cores left to other programs")
+    processes = max(1, (os.cpu_count() or 1) - parser.parse_args().reserve)
     start = time.monotonic()
+    names = [name for name in modules_with_loops() if any(missing_of(name))]
     spawn = multiprocessing.get_context("spawn")
     # a process for each module: LLVM's code, and thereby rounding, depends on what was compiled before
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=spawn, max_tasks_per_child=1) as pool:
-        compiled = sum(pool.map(compile_module, modules_with_loops()))
+    with ProcessPoolExecutor(processes, mp_context=spawn, max_tasks_per_child=1) as pool:
+        compiled = sum(pool.map(compile_module, names))
     print(f"{compiled} loops compiled in {time.monotonic() - start:.0f} s")
 
 
@@ -51,19 +56,27 @@ def length_of_sources(name: str) -> int:
     return Path(str(module.__file__)).stat().st_size + sum(len(part) for part in parts)
 
 
-def compile_module(name: str) -> int:
-    """Compile the loops of a module and return how many were not stored before."""
+def missing_of(name: str) -> tuple[list[Kernel], list[Front | Callback]]:
+    """Return the loops, and the fronts and callbacks, of a module that are not stored."""
     values = list(vars(importlib.import_module(name)).values())
     loops = [value for value in values if isinstance(value, Kernel) and value.__module__ == name]
-    new = [loop for loop in loops if not loop.is_ready]
-    for loop in new:
-        loop.load()
     fronts = [value.front for value in values if isinstance(getattr(value, "front", None), Front)]
     callbacks = [value for value in values if isinstance(value, Callback)]
-    missing = [front for front in (*fronts, *callbacks) if not front.is_stored]
-    for front in missing:
+    return (
+        [loop for loop in loops if not loop.is_ready],
+        [front for front in (*fronts, *callbacks) if not front.is_stored],
+    )
+
+
+def compile_module(name: str) -> int:
+    """Compile the loops of a module and return how many were not stored before."""
+    loops, _ = missing_of(name)
+    for loop in loops:
+        loop.load()
+    _, fronts = missing_of(name)  # some fronts are compiled with a loop
+    for front in fronts:
         front.address()
-    return len(new) + len(missing)
+    return len(loops) + len(fronts)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
-"""The import graph of the package, read with `ast`: type-only, function-level and lazy imports included."""
+"""Files of the package, each parsed once, and the graph of its imports: type-only and lazy ones included."""
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -45,6 +46,31 @@ class Import:
     line: int
 
 
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A call of an attribute."""
+
+    owner: str
+    """Name of what has the attribute; an empty text where it is no name."""
+    attribute: str
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """The parts of a file that its rules are about."""
+
+    docstring: str
+    exports: frozenset[str]
+    """Names in `__all__`."""
+    imports_from: tuple[tuple[str, str], ...]
+    """Module and name of each `from ... import` at the top level."""
+    imports: tuple[tuple[str, int], ...]
+    """Module of the package, and line."""
+    calls: tuple[Call, ...]
+
+
+@cache
 def modules() -> dict[str, Path]:
     """Module name to file."""
     found = {}
@@ -54,21 +80,56 @@ def modules() -> dict[str, Path]:
     return found
 
 
+@cache
 def imports() -> list[Import]:
     """All imports inside the package; an import of a package's name counts as one of its `__init__`."""
-    known = modules()
     found = [
         Import(name, imported, line)
-        for name, path in known.items()
-        for imported, line in _imports_of(path, known)
+        for name, path in modules().items()
+        for imported, line in outline(path).imports
         if imported != name
     ]
     assert len(found) > 1000, "the import graph was not read"
     return found
 
 
-def _imports_of(path: Path, known: dict[str, Path]) -> Iterator[tuple[str, int]]:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+@cache
+def outline(path: Path) -> Outline:
+    """Parse a file."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    nodes = list(ast.walk(tree))
+    return Outline(
+        docstring=(ast.get_docstring(tree) or "").strip(),
+        exports=_exports_of(tree),
+        imports_from=tuple(
+            (node.module, alias.name)
+            for node in tree.body
+            if isinstance(node, ast.ImportFrom) and node.module
+            for alias in node.names
+        ),
+        imports=tuple(_imports_of(path, nodes)),
+        calls=tuple(_calls_of(nodes)),
+    )
+
+
+def _exports_of(tree: ast.Module) -> frozenset[str]:
+    for node in tree.body:
+        match node:
+            case ast.Assign(targets=[ast.Name(id="__all__")], value=ast.List(elts=elements)):
+                return frozenset(str(e.value) for e in elements if isinstance(e, ast.Constant))
+    return frozenset()
+
+
+def _calls_of(nodes: list[ast.AST]) -> Iterator[Call]:
+    for node in nodes:
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            owner = node.func.value
+            yield Call(owner.id if isinstance(owner, ast.Name) else "", node.func.attr, node.lineno)
+
+
+def _imports_of(path: Path, nodes: list[ast.AST]) -> Iterator[tuple[str, int]]:
+    known = modules()
+    for node in nodes:
         match node:
             case ast.ImportFrom(module=str(module), names=names, level=0) if module.split(".")[0] == PACKAGE:
                 for alias in names:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import ast
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from house import SOURCE, modules
+from house import SOURCE, modules, outline
 
 MOST_FILES = 25
 
@@ -17,18 +16,12 @@ def folders() -> list[Path]:
 
 
 def test_every_folder_says_what_it_holds() -> None:
-    silent = [
-        str(path.relative_to(SOURCE))
-        for path in folders()
-        if not (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").strip()
-    ]
+    silent = [str(path.relative_to(SOURCE)) for path in folders() if not outline(path).docstring]
     assert not silent
 
 
 def test_every_file_says_what_it_is_for() -> None:
-    silent = [
-        name for name, path in modules().items() if not ast.get_docstring(ast.parse(path.read_text("utf-8")))
-    ]
+    silent = [name for name, path in modules().items() if not outline(path).docstring]
     assert not silent
 
 
@@ -48,24 +41,14 @@ def test_no_module_is_named_like_what_its_folder_exports() -> None:
         if path.name != "__init__.py":
             continue
         own = {other.rpartition(".")[2] for other in modules() if other.rpartition(".")[0] == name}
-        clashes += [f"{name}.{export}" for export in _exports(path) & own]
+        clashes += [f"{name}.{export}" for export in outline(path).exports & own]
     assert not clashes
 
 
 def test_no_export_comes_from_a_module_of_its_own_name() -> None:
     clashes = []
     for name, path in modules().items():
-        exports = _exports(path)
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.ImportFrom) and node.module and exports:
-                home = node.module.rpartition(".")[2]
-                clashes += [f"{name}: {a.name}" for a in node.names if a.name in exports and a.name == home]
+        for home, imported in outline(path).imports_from:
+            if imported in outline(path).exports and imported == home.rpartition(".")[2]:
+                clashes.append(f"{name}: {imported}")
     assert not clashes
-
-
-def _exports(path: Path) -> set[str]:
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
-        match node:
-            case ast.Assign(targets=[ast.Name(id="__all__")], value=ast.List(elts=elements)):
-                return {str(e.value) for e in elements if isinstance(e, ast.Constant)}
-    return set()

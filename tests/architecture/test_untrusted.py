@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import ast
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from house import SOURCE, modules
+from house import SOURCE, Call, modules, outline
 
 OWN_FILES = {
     "roboyard._mujoco": "entry points of installed packages",
@@ -34,17 +33,14 @@ OWN_FILES = {
 READING = {"read_text", "read_bytes"}
 
 
+def reads_a_file(call: Call) -> bool:
+    numpy = call.owner == "np" and call.attribute in ("load", "loadtxt", "genfromtxt")
+    return numpy or call.attribute in READING
+
+
 def reads_of(path: Path) -> list[int]:
     """Lines on which a module reads a file by itself."""
-    found = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
-            continue
-        name, owner = node.func.attr, node.func.value
-        numpy = isinstance(owner, ast.Name) and owner.id == "np" and name in ("load", "loadtxt", "genfromtxt")
-        if name in READING or numpy:
-            found.append(node.lineno)
-    return found
+    return [call.line for call in outline(path).calls if reads_a_file(call)]
 
 
 def test_readers_open_files_in_one_place() -> None:
@@ -79,17 +75,9 @@ OWN_YAML = {
 
 def parses_of(path: Path, library: str) -> list[int]:
     """Lines on which a module parses JSON or YAML by itself."""
-    calls = [
-        node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)
-    ]
-    return [
-        call.lineno
-        for call in calls
-        if isinstance(call.func, ast.Attribute)
-        and call.func.attr in ("load", "loads", "safe_load", "load_all", "safe_load_all", "compose", "parse")
-        and isinstance(call.func.value, ast.Name)
-        and call.func.value.id == library
-    ]
+    parsing = ("load", "loads", "safe_load", "load_all", "safe_load_all", "compose", "parse")
+    calls = outline(path).calls
+    return [call.line for call in calls if call.owner == library and call.attribute in parsing]
 
 
 def test_readers_parse_json_in_one_place() -> None:

@@ -15,6 +15,7 @@ import sys
 import tokenize
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -172,10 +173,14 @@ def _plain(literal: str) -> str:
 
 
 def _in_identifier(name: str, line: int, identifier: str, text: str) -> Iterator[Word]:
+    for part in _words_in(identifier):
+        yield Word(name, line, part, IDENTIFIERS[part.lower()], text)
+
+
+@cache
+def _words_in(identifier: str) -> list[str]:
     parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", identifier)
-    for part in parts:
-        if part.lower() in IDENTIFIERS:
-            yield Word(name, line, part, IDENTIFIERS[part.lower()], text)
+    return [part for part in parts if part.lower() in IDENTIFIERS]
 
 
 def _in_prose(name: str, text: str, first: int) -> Iterator[Word]:

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-sb3 = pytest.importorskip("stable_baselines3")
-
-import roboyard.envs as envs  # noqa: E402
-from roboyard.envs.stable_baselines import StableBaselinesEnv, policy_of  # noqa: E402
+import roboyard.envs as envs
 
 
 def test_episodes_are_reported_and_the_policy_is_the_models() -> None:
+    sb3 = pytest.importorskip("stable_baselines3")  # here, as it takes seconds to load
+    from roboyard.envs.stable_baselines import StableBaselinesEnv, policy_of
+
     env = StableBaselinesEnv(envs.make_vec("roboyard/Reach-v0", 4, limit=5, control="tip"))
     env.seed(1)
     first = env.reset()

@@ -13,12 +13,13 @@ from roboyard.description.robot_model import RobotModel
 from roboyard.export import usd
 
 pytest.importorskip("newton_usd_schemas", reason="Newton is not a dependency")
-newton = pytest.importorskip("newton", reason="Newton is not a dependency")
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 
 
 def read(robot: RobotModel, folder: Path) -> Any:
+    # here, as it takes seconds to load
+    newton = pytest.importorskip("newton", reason="Newton is not a dependency")
     builder = newton.ModelBuilder()
     usd.write(robot, folder / "robot.usda")
     builder.add_usd(str(folder / "robot.usda"))

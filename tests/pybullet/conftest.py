@@ -25,9 +25,11 @@ def client() -> Iterator[int]:
 
 def close_all() -> None:
     from roboyard.pybullet.connections import CLIENTS
+    from roboyard.pybullet.state.file_search import OF_PROCESS
 
     for number in list(CLIENTS):
         p.disconnect(number)
+    OF_PROCESS.folder = None
 
 
 @pytest.fixture

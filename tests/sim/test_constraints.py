@@ -183,3 +183,25 @@ def test_frames_of_new_constraints_are_checked():
     with pytest.raises(ValueError, match="length above 0"):
         world.constraints.add_weld(box.links[0], None, orientation_a=(0, 0, 0, 0))
     assert not world.constraints.all
+
+
+@PROFILES
+def test_a_moved_frame_stays_where_it_is_through_compiles(profile):
+    world = World(profile=profile)
+    box = world.add_box((0.2, 0.2, 0.2), (0, 0, 1), mass=2.0)
+    held = world.constraints.add_weld(box.links[0], None, position_b=(0, 0, 1))
+    world.step()
+    half = np.sin(np.pi / 8), np.cos(np.pi / 8)
+    world.constraints.set_frame(held, "b", (0.0, 0.2, 1), (0, 0, *half))
+    world.add_plane()
+    world.step(480)
+    np.testing.assert_allclose(box.position, [0, 0.2, 1], atol=5e-3)
+    np.testing.assert_allclose(np.abs(box.orientation), [0, 0, *half], atol=1e-3)
+    world.constraints.set_frame(held, "b", (0.1, 0.2, 1))
+    site = world.spec.site(f"constraint{held.id}/b")
+    np.testing.assert_allclose(site.pos, [0.1, 0.2, 1])
+    np.testing.assert_allclose(site.quat, [half[1], 0, 0, half[0]])
+    with pytest.raises(RoboyardError, match="finite"):
+        world.constraints.set_frame(held, "b", (np.nan, 0, 0))
+    world.step(480)
+    np.testing.assert_allclose(box.position, [0.1, 0.2, 1], atol=5e-3)

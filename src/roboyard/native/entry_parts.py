@@ -34,14 +34,14 @@ def found(table, key):
 """The value of a key in a dictionary, which keeps it; 0 without."""
 ATTRIBUTE = """
 def attribute(owner, name):
-    value = PyObject_GetAttr(owner, name)
+    value = PyObject_GenericGetAttr(owner, name)
     if value == 0:
         PyErr_Clear()
     else:
         Py_DecRef(value)  # its owner keeps it
     return value
 """
-"""An attribute that its owner keeps; 0 without."""
+"""An attribute that its owner keeps; 0 without, also where `__getattr__` would make it."""
 PLAIN = """
 def plain(state, value):
     kind = word(value, KIND)

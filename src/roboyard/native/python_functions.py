@@ -35,7 +35,7 @@ PYTHON: dict[str, Any] = {
         "PyList_Size": WORD(WORD),
         "PyLong_AsLongLong": WORD(WORD),
         "PyLong_FromLongLong": WORD(WORD),
-        "PyObject_GetAttr": WORD(WORD, WORD),
+        "PyObject_GenericGetAttr": WORD(WORD, WORD),
         "PyObject_SetAttr": types.int32(WORD, WORD, WORD),
         "PyObject_Type": WORD(WORD),
         "PyObject_Vectorcall": WORD(WORD, types.CPointer(WORD), WORD, WORD),

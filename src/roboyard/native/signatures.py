@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -52,10 +53,28 @@ class Record:
     names: tuple[str, ...]
     fields: tuple[Argument, ...]
 
+    @cached_property
+    def _of_arrays(self) -> tuple[tuple[int, Any, bool], ...]:
+        """Dimensions, type and whether it must be contiguous of each field."""
+        return tuple((field.dimensions, np.dtype(field.dtype), field.is_contiguous) for field in self.fields)
+
     def problem_with(self, value: Any) -> str:
         """Return why a value cannot be passed, "" where it can."""
         if type(value) is not self.made_by:
             return f"is a {type(value).__name__} instead of a {self.made_by.__name__}"
+        for (dimensions, dtype, is_contiguous), field in zip(self._of_arrays, value, strict=True):
+            if type(field) is not np.ndarray:
+                if dimensions or type(field) is not int:
+                    break
+            elif (
+                field.ndim != dimensions
+                or field.dtype is not dtype
+                or not dimensions
+                or (is_contiguous and not field.flags.c_contiguous)
+            ):
+                break
+        else:
+            return ""
         for name, wanted, field in zip(self.names, self.fields, value, strict=True):
             problem = wanted.problem_with(field)
             if problem:

@@ -13,6 +13,7 @@ from roboyard.pybullet.face.direct_calls import PREPARED
 from roboyard.pybullet.logs.log_set import LogSet
 from roboyard.pybullet.state.debug_items import DebugItems
 from roboyard.pybullet.state.engine_parameters import EngineParameters
+from roboyard.pybullet.state.file_search import OF_PROCESS
 from roboyard.pybullet.state.input_events import Keyboard, Mouse
 from roboyard.pybullet.state.output_files import OutputFiles
 from roboyard.pybullet.state.user_data import UserData
@@ -36,7 +37,9 @@ class Client:
             method: connection method (DIRECT, GUI, ...).
         """
         self.method = method
-        self.search_path: Path | None = None
+        self.search = OF_PROCESS
+        self.searched: Path | None = None
+        """The folder that this client itself has searched last."""
         self.named_folders: dict[Path, None] = {}
         """Folders that the script searched or loaded a file from; its later files may name meshes there."""
         self.parameters = EngineParameters()

@@ -206,6 +206,14 @@ class Body:
         """Quaternion (4,) x, y, z, w of the root link's frame in the world frame."""
         return self.pose[1]
 
+    @property
+    def placed(self) -> tuple[Array, Array] | None:
+        """`pose` (3,), (4,) of a body that the compiled model does not have yet; None for others."""
+        if self.mujoco_ids[0] > 0 or self.built.is_ground:
+            return None
+        element = self.built.links[0].element
+        return np.array(element.pos), from_wxyz(normalized(element.quat))
+
     def set_pose(
         self,
         position: ArrayLike | None = None,

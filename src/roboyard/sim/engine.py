@@ -205,7 +205,8 @@ class Engine(Generic[BodyT]):
         self.kept_rays.clear()
         self.kept_poses = None
         for known in self.prepared.values():
-            known.clear()
+            if known:
+                known.clear()
 
     def _next_revision(self) -> None:
         self.revision += 1

@@ -74,17 +74,15 @@ def grasp(worker: Worker, body: Body, arms: Sequence[str], random: np.random.Gen
 
 
 def _draw_grasps(worker: Worker, grasps: list[Grasp], draws: Array) -> Drawn:
-    count, k = len(draws), len(APPROACH) + len(LIFTS)
-    grips, cost, facing = np.empty((count, k, 4, 4)), np.empty(count), np.empty(count)
-    for s in range(count):
-        chosen = grasps[int(min(len(grasps) - 1, draws[s, 4] ** 2 * len(grasps)))]
-        row = [shifted(chosen.pose, away) for away in APPROACH]
-        for height in LIFTS:
-            row.append(chosen.pose.copy())
-            row[-1][2, 3] += height
-        grips[s], cost[s] = row, 6.0 * chosen.cost
-        facing[s] = heading(chosen.pose)
+    place = np.minimum(len(grasps) - 1, draws[:, 4] ** 2 * len(grasps)).astype(int)
+    poses = np.array([grasp.pose for grasp in grasps])[place]
+    cost = 6.0 * np.array([grasp.cost for grasp in grasps])[place]
+    facing = np.array([heading(grasp.pose) for grasp in grasps])[place]
+    lifted = np.repeat(poses[:, None], len(LIFTS), axis=1)
+    lifted[:, :, 2, 3] += LIFTS
+    grips = np.concatenate([np.stack([shifted(poses, away) for away in APPROACH], axis=1), lifted], axis=1)
     bases = bases_around(worker, grips[:, len(APPROACH) - 1, :3, 3], facing, draws)
+    k = grips.shape[1]
     return Drawn(grips=grips, bases=np.repeat(bases[:, None], k, axis=1), cost=cost)
 
 

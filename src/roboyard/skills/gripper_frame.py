@@ -95,9 +95,9 @@ def pointing(along: Array, across: Array, at: Array) -> Array:
 
 
 def shifted(pose: Array, distance: float) -> Array:
-    """Return a (4, 4) gripper pose moved along its z axis by a distance (m)."""
+    """Return (..., 4, 4) gripper poses moved along their z axes by a distance (m)."""
     out = pose.copy()
-    out[:3, 3] += distance * pose[:3, 2]
+    out[..., :3, 3] += distance * pose[..., :3, 2]
     return out
 
 

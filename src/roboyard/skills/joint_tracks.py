@@ -83,32 +83,20 @@ def draw_joint_tracks(worker: Worker, way: JointWay, grasps: list[Grasp], draws:
         grasps: of the handle, best first.
         draws: (s, 9) numbers from 0 to 1.
     """
-    count = len(draws)
-    k = len(BEFORE) + len(way.values) - 1 + len(AFTER)
-    grips = np.empty((count, k, 4, 4))
-    turns = np.zeros((count, k))
-    cost, facing, points = np.empty(count), np.empty(count), np.empty((count, 3))
-    motions = [way.motion(float(value)) for value in way.values]
+    motions = np.array([way.motion(float(value)) for value in way.values])
     spins = way.values - way.values[0] if way.is_hinge else np.zeros(len(way.values))
     follows = np.maximum(1.25 * draws[:, 4] - 0.25, 0.0)
     turned = (1.3 * draws[:, 5] - 0.3) * (follows > 0)
     whole = np.concatenate([np.zeros(len(BEFORE) - 1), spins, np.full(len(AFTER), spins[-1])])
-    for s in range(count):
-        grasp = grasps[int(min(len(grasps) - 1, draws[s, 6] ** 1.5 * len(grasps)))]
-        first, slip = (draws[s, 7] - 0.5) * 1.4, 1.2 * draws[s, 8] - 1.0
-        held = []
-        for motion, spin in zip(motions, spins, strict=True):
-            pose = motion @ _swivelled(grasp, first)
-            if grasp.swivel is not None and way.is_hinge:
-                pose = _turned(pose, way.axis, slip * float(spin), motion @ _held_point(grasp))
-            held.append(pose)
-        row = [shifted(held[0], away) for away in BEFORE[:-1]] + held
-        row += [shifted(held[-1], away) for away in AFTER]
-        grips[s] = row
-        turns[s] = follows[s] * turned[s] * whole * float(way.axis[2])
-        facing[s] = heading(row[0])
-        points[s] = row[0][:3, 3]
-        cost[s] = grasp.cost + 0.1 * abs(first)
+    chosen = [grasps[int(min(len(grasps) - 1, place**1.5 * len(grasps)))] for place in draws[:, 6]]
+    first, slip = (draws[:, 7] - 0.5) * 1.4, 1.2 * draws[:, 8] - 1.0
+    held = _held(way, motions, chosen, first, slip[:, None] * spins)
+    before = [shifted(held[:, 0], away) for away in BEFORE[:-1]]
+    grips = np.stack([*before, *held.swapaxes(0, 1), *(shifted(held[:, -1], away) for away in AFTER)], axis=1)
+    turns = (follows * turned)[:, None] * whole * float(way.axis[2])
+    facing = np.array([heading(pose) for pose in grips[:, 0]])
+    cost = np.array([grasp.cost for grasp in chosen]) + 0.1 * np.abs(first)
+    points = grips[:, 0, :3, 3]
     bases = bases_around(worker, points, facing, draws)
     # the base rests while the gripper approaches and leaves, and moves with it in between
     middle = grips.copy()
@@ -117,19 +105,27 @@ def draw_joint_tracks(worker: Worker, way: JointWay, grasps: list[Grasp], draws:
     return Drawn(grips=grips, bases=moved_with(middle, follows, turns, bases, worker), cost=cost)
 
 
-def _held_point(grasp: Grasp) -> Array:
-    return np.append(grasp.pose[:3, 3], 1.0)
+def _held(way: JointWay, motions: Array, grasps: list[Grasp], first: Array, slips: Array) -> Array:
+    """Return the (s, k, 4, 4) poses of grippers that hold their handle (m).
+
+    Args:
+        way: of the joint.
+        motions: (k, 4, 4) of the world frame along the way (m).
+        grasps: one for each of the s grippers.
+        first: (s,) turns about the held bar before the joint moves (rad).
+        slips: (s, k) further turns about it while a hinge moves (rad).
+    """
+    is_bar = np.array([grasp.swivel is not None for grasp in grasps])
+    bars = np.array([np.zeros(3) if grasp.swivel is None else grasp.swivel for grasp in grasps])
+    poses = np.array([grasp.pose for grasp in grasps])
+    poses[:, :3, :3] = _turns(first[:, None] * bars) @ poses[:, :3, :3]
+    held = motions @ poses[:, None]
+    if way.is_hinge:
+        turns = _turns((slips * is_bar[:, None])[:, :, None] * way.axis)
+        held[:, :, :3, :3] = turns @ held[:, :, :3, :3]
+    return held
 
 
-def _swivelled(grasp: Grasp, angle: float) -> Array:
-    if grasp.swivel is None:
-        return grasp.pose
-    return _turned(grasp.pose, grasp.swivel, angle, _held_point(grasp))
-
-
-def _turned(pose: Array, axis: Array, angle: float, about: Array) -> Array:
-    out = pose.copy()
-    turn = Rotation.from_rotvec(angle * axis).as_matrix()
-    out[:3, :3] = turn @ pose[:3, :3]
-    out[:3, 3] = about[:3] + turn @ (pose[:3, 3] - about[:3])
-    return out
+def _turns(vectors: Array) -> Array:
+    """Return the (..., 3, 3) rotations by (..., 3) rotation vectors (rad)."""
+    return Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix().reshape(*vectors.shape[:-1], 3, 3)

@@ -119,11 +119,8 @@ def bases_around(worker: Worker, points: Array, facing: Array, draws: Array) -> 
     angle = np.where(np.isnan(facing), (draws[:, 0] - 0.5) * 2 * np.pi, facing + middle)
     distance = NEAREST + draws[:, 1] * (FARTHEST - NEAREST)
     yaw = angle + (draws[:, 2] - 0.5) * 2.0
-    out = np.empty((count, 3))
-    for k in range(count):
-        x = points[k, 0] - distance[k] * np.cos(angle[k])
-        y = points[k, 1] - distance[k] * np.sin(angle[k])
-        out[k] = worker.base_at(float(x), float(y), float(yaw[k]))
+    away = distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    out = worker.bases_at(points[:, :2] - away, yaw)
     out[draws[:, 3] < 0.2] = worker.base
     return out
 

@@ -101,10 +101,22 @@ class Worker:
 
     def base_at(self, x: float, y: float, yaw: float) -> Array:
         """Return the (3,) base joints for a pose in the world frame (m, rad), its turn nearest to now."""
+        return self.bases_at(np.array([x, y]), np.array(yaw))
+
+    def bases_at(self, spots: Array, yaws: Array) -> Array:
+        """Return the (..., 3) base joints for poses in the world frame, their turns nearest to now.
+
+        Args:
+            spots: (..., 2) places (m).
+            yaws: (...) turns (rad).
+        """
         rotation, position = self.root[:3, :3], self.root[:3, 3]
-        spot = rotation.T @ (np.array([x, y, position[2]]) - position)
-        turn = yaw - float(np.arctan2(rotation[1, 0], rotation[0, 0]))
-        return np.array([spot[0], spot[1], self.base[2] + wrapped(turn - self.base[2])])
+        now = float(self.base[2])
+        turn = yaws - float(np.arctan2(rotation[1, 0], rotation[0, 0])) - now
+        out = np.empty((*spots.shape[:-1], 3))
+        out[..., :2] = (spots - position[:2]) @ rotation[:2, :2]
+        out[..., 2] = now + np.arctan2(np.sin(turn), np.cos(turn))
+        return out
 
     # ---------------------------------------------------------------------------------- arms and grippers
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -267,3 +268,52 @@ def record_collisions_with_ancestors(p: Any, folder: Path) -> Any:
 
 def test_collisions_with_ancestors(agrees: Callable[..., None]) -> None:
     agrees(record_collisions_with_ancestors)
+
+
+def record_search_order(p: Any, folder: Path) -> list[float | str]:
+    """Masses of files of one name, by the folder in which it is found: beside, in data folders, searched."""
+    text = ROBOT.replace('<mass value="1"/>', '<mass value="{}"/>')
+    places = {"work": 1.0, "work/data": 2.0, "data": 3.0, "searched": 4.0, "searched/data": 5.0}
+    for place, mass in places.items():
+        (folder / place).mkdir(parents=True)
+        write(folder / place, "same.urdf", text.format(mass))
+    before = Path.cwd()
+    os.chdir(folder / "work")
+    p.setPhysicsEngineParameter(enableFileCaching=0)
+    p.setAdditionalSearchPath(str(folder / "searched"))
+    found: list[float | str] = []
+    try:
+        for place in places:
+            found.append(p.getDynamicsInfo(p.loadURDF("same.urdf"), -1)[0])
+            (folder / place / "same.urdf").unlink()
+            if place == "searched":
+                break
+        found.extend(message_of(lambda: p.loadURDF("same.urdf"))[:2])
+    finally:
+        os.chdir(before)
+    return found
+
+
+def record_searched_by_all_clients(p: Any, folder: Path) -> list[list[str]]:
+    """The folder of one client is searched by another, after a reset, and by the one that connects next."""
+    write(folder, "only.urdf", ROBOT)
+    other = p.connect(p.DIRECT)
+    p.setAdditionalSearchPath(str(folder), physicsClientId=other)
+    found = [message_of(lambda: p.loadURDF("only.urdf"))]
+    p.resetSimulation()
+    found.append(message_of(lambda: p.loadURDF("only.urdf")))
+    p.disconnect(other)
+    last = p.connect(p.DIRECT)
+    found.append(message_of(lambda: p.loadURDF("only.urdf", physicsClientId=last)))
+    p.setAdditionalSearchPath(str(folder / "none"), physicsClientId=last)
+    found.append(message_of(lambda: p.loadURDF("only.urdf")))
+    p.disconnect(last)
+    return found
+
+
+def test_data_folders_come_before_the_searched_one(agrees: Callable[..., None]) -> None:
+    agrees(record_search_order)
+
+
+def test_all_clients_search_one_folder(agrees: Callable[..., None]) -> None:
+    agrees(record_searched_by_all_clients)

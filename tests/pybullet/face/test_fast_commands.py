@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import gc
 import random
@@ -20,7 +21,8 @@ from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.entries import FRONT
 from roboyard.pybullet.fast import fast_commands, fast_entries
-from roboyard.pybullet.fast.constraint_entries import CONSTRAINT
+from roboyard.pybullet.fast.constraint_entries import CONSTRAINT, CREATION
+from roboyard.pybullet.fast.constraint_entries import REMOVAL as CONSTRAINT_REMOVAL
 from roboyard.pybullet.fast.item_entries import DATA, LINE, REMOVAL
 from roboyard.pybullet.fast.joint_entries import JOINTS
 from roboyard.pybullet.fast.property_entries import PROPERTIES
@@ -36,7 +38,7 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture(scope="module", autouse=True)
 def _machine_code() -> None:
     fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS, TREE, SETTINGS, PROPERTIES
-    fronts += DATA, LINE, REMOVAL, JOINTS, CONSTRAINT
+    fronts += DATA, LINE, REMOVAL, JOINTS, CONSTRAINT, CREATION, CONSTRAINT_REMOVAL
     assert all(front.address() for front in fronts)
     direct_calls.START.enter()
     fast_commands.replace_pushes()
@@ -796,3 +798,103 @@ def test_changed_constraints_are_those_of_the_python_function(given: dict[str, A
         p.disconnect()
     half = len(outcomes) // 2
     assert repr(outcomes[:half]) == repr(outcomes[half:])
+
+
+_CREATED: list[tuple[Any, ...]] = [
+    (0, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0.02], (0, 2, 1)),
+    (0, -1, 1, -1, p.JOINT_POINT2POINT, [0, 0, 0], (0.1, 0, 0.5), [-0.9, 0, 0], None, [0, 0, 0, 2]),
+    (2, 3, 1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0.2, 0, 0.1], [0, 0, 0.6, 0.8], (0, 0, 0, 0)),
+    (0, -1, 1, -1, p.JOINT_PRISMATIC, [0, 1, 0], [0, 0, 0], [0, 0, 0.1]),
+    (0, -1, 1, -1, p.JOINT_FIXED, [0, 0], np.zeros(3), None, [0, 0, 1], None),
+    (0, 0, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 0]),
+    (2, 2**70, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 0]),
+    (9, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 0]),
+    (0, -1, 1, 1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 0]),
+    (0, -1, -1, -1, 77, [0, 0, 0], [0, 0, 0], [0, 0, 0]),
+    (0, -1, -1, -1, 2**70, [0, 0, 0], [0, 0, 0], [0, 0, 0]),
+    (0, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, float("nan")], [0, 0, 0]),
+    (0, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, "1"], [0, 0, 0]),
+    (0, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 1], [0, 0, 0], [0, 0, 0, float("inf")]),
+    (0, -1.0, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 0]),
+]
+
+
+def _reads(bodies: Any) -> list[Any]:
+    """Return what scripts read of constraints and bodies before and after a step."""
+    found: list[Any] = []
+    for _ in range(2):
+        found += [p.getNumConstraints(), [p.getConstraintUniqueId(k) for k in range(6)]]
+        ids = [p.getConstraintUniqueId(k) for k in range(p.getNumConstraints())]
+        found += [(p.getConstraintInfo(k), p.getConstraintState(k)) for k in ids]
+        found += [p.getBasePositionAndOrientation(body) for body in bodies]
+        p.stepSimulation()
+    return found
+
+
+def _edit_nothing(made: list[int]) -> None:
+    pass
+
+
+def _remove_all(made: list[int]) -> None:
+    for constraint in made:
+        p.removeConstraint(constraint)
+
+
+def _remove_first(made: list[int]) -> None:
+    for constraint in (made[:1], 99, True, made[0] if made else 0, 1.5):
+        with pytest.raises(TypeError) if isinstance(constraint, list | float) else contextlib.nullcontext():
+            p.removeConstraint(constraint)  # type: ignore[arg-type]
+
+
+def _remove_body(made: list[int]) -> None:
+    p.removeBody(1)
+
+
+def _change_time_step(made: list[int]) -> None:
+    p.setTimeStep(1 / 100)
+
+
+def _push_and_save(made: list[int]) -> None:
+    p.applyExternalForce(1, -1, [2, 0, 0], [0, 0, 0], p.LINK_FRAME)
+    p.restoreState(p.saveState())
+
+
+@pytest.mark.parametrize(
+    "edit", [_edit_nothing, _remove_all, _remove_first, _remove_body, _change_time_step, _push_and_save]
+)
+@pytest.mark.parametrize("given", [*_CREATED, None], ids=range(len(_CREATED) + 1))
+def test_created_constraints_are_those_of_the_python_function(given: Any, edit: Any) -> None:
+    outcomes = []
+    for is_python in (False, True):
+        p.connect(p.DIRECT)
+        p.setGravity(0, 0, -9.8)
+        bodies = [p.loadURDF(f"{getDataPath()}/cube_small.urdf", [x, 2, 1]) for x in (0, 1)]
+        bodies.append(p.loadURDF(f"{getDataPath()}/r2d2.urdf", [0, 0, 1]))
+        p.stepSimulation()
+        call = p.createConstraint.__self__ if is_python else p.createConstraint
+        assert is_python or fast_commands.is_machine_code("createConstraint")
+        made: list[Any] = []
+        for arguments in _CREATED[:3] if given is None else [given]:
+            try:
+                made.append(call(*arguments))
+            except Exception as problem:
+                outcomes.append((type(problem), str(problem)))
+        if edit is not _remove_body or made:
+            edit(made)
+        outcomes += [made, *_reads(bodies[::2] if edit is _remove_body else bodies)]
+        p.disconnect()
+    half = len(outcomes) // 2
+    assert repr(outcomes[:half]) == repr(outcomes[half:])
+
+
+def test_a_constraint_that_is_removed_at_once_is_never_built(robot: int) -> None:
+    zero = [0, 0, 0]
+    cube = p.loadURDF(f"{getDataPath()}/cube_small.urdf", [1, 2, 1])
+    p.stepSimulation()
+    world = CLIENTS[0].scene.world  # type: ignore[union-attr]
+    edits, revision = world.edits, world.revision
+    for _ in range(3):
+        p.removeConstraint(p.createConstraint(cube, -1, -1, -1, p.JOINT_FIXED, zero, zero, [1, 2, 1]))
+        assert p.getBasePositionAndOrientation(cube)[0][0] == 1.0
+    p.stepSimulation()
+    assert (world.edits, world.revision) == (edits, revision)

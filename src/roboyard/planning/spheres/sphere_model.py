@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -182,8 +182,9 @@ def _arrays(
     rows, start, around = [np.zeros((0, 4))], [0], np.zeros((len(names), 4))
     for k, (name, i) in enumerate(zip(names, index, strict=True)):
         own = np.array([(*s.center, s.radius) for s in model.spheres[name]], dtype=float)
-        own[:, :3] = own[:, :3] @ chain.link_rotation[i].T + chain.link_position[i]
-        around[k] = bounding_sphere(own)
+        around[k] = _around(own.tobytes())
+        for points in (own[:, :3], around[k : k + 1, :3]):
+            points[:] = points @ chain.link_rotation[i].T + chain.link_position[i]
         rows.append(own)
         start.append(start[-1] + len(own))
     spheres = np.concatenate(rows)
@@ -218,6 +219,12 @@ def bounded_limits(chain: ChainArrays, around: Mapping[str, float]) -> tuple[Arr
     lower = np.where(np.isfinite(chain.lower), chain.lower, np.minimum(middle, chain.upper) - free)
     upper = np.where(np.isfinite(chain.upper), chain.upper, np.maximum(middle, chain.lower) + free)
     return np.ascontiguousarray(lower), np.ascontiguousarray(upper)
+
+
+@lru_cache(maxsize=512)
+def _around(spheres: bytes) -> Array:
+    """Return the (4,) sphere around (s, 4) spheres of a link, which is the same for all robots of a model."""
+    return bounding_sphere(np.frombuffer(spheres).reshape(-1, 4))
 
 
 def bounding_sphere(spheres: Array) -> Array:

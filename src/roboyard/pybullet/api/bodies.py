@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import sqrt
 from struct import Struct
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
 from roboyard.pybullet.state.frames import cross, inertial_pose, link_pose, rotated
 
 if TYPE_CHECKING:
+    from roboyard.description.model import Pose
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
 
@@ -86,6 +87,8 @@ def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Tr
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        if record is not None and record.soft is None and (placed := record.body.placed) is not None:
+            return _as_reported(*placed, record.base_frame)
         record = scene.ready(bodyUniqueId, "GetBasePositionAndOrientation failed.")
     if record.base_is_plain and record.free is not None:
         x, y, z, qw, qx, qy, qz = record.free.tolist()
@@ -99,16 +102,20 @@ def base_inertial_pose(record: BodyRecord) -> tuple[Triple, Triple]:
         return record.fixed_poses[0]
     if record.free is not None:
         x, y, z, w, i, j, k = record.free.tolist()
-        place, turn = inertial_pose((x, y, z), (i, j, k, w), record.base_frame)
-        return place, matrix_signed(*turn)
+        return _as_reported((x, y, z), (i, j, k, w), record.base_frame)
     if record.soft is not None:
         position, orientation = record.soft.pose
         return tuple(position.tolist()), tuple(orientation.tolist())
     position, orientation = record.base_pose()
-    place, turn = inertial_pose(position, orientation, record.base_frame)
-    at = place, matrix_signed(*turn)
+    at = _as_reported(position, orientation, record.base_frame)
     record.fixed_poses = at, (position, orientation)
     return at
+
+
+def _as_reported(position: Any, orientation: Any, frame: Pose) -> tuple[Triple, Triple]:
+    """Return the pose of an inertial frame from that of its link frame, with Bullet's sign."""
+    place, turn = inertial_pose(position, orientation, frame)
+    return place, matrix_signed(*turn)
 
 
 @command()

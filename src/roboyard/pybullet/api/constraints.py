@@ -27,10 +27,11 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.fast.fast_commands import (
     is_machine_code,
     replace_constraint_state,
+    replace_constraints,
     replace_properties,
 )
-from roboyard.pybullet.state.constraint_building import build, child_frame, remove
-from roboyard.pybullet.state.constraint_records import ConstraintRecord
+from roboyard.pybullet.state.constraint_building import build, child_frame, remove, unit
+from roboyard.pybullet.state.constraint_records import IDENTITY, ConstraintRecord
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -39,7 +40,6 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 _FAILED = "createConstraint failed."
 _ZERO = (0.0, 0.0, 0.0)
-_IDENTITY = (0.0, 0.0, 0.0, 1.0)
 _UNSET_FORCE = -1.0
 _NO_RATIO, _NO_LINK, _NO_TARGET = 0.0, -1, 1e32
 _ROWS = {c.JOINT_FIXED: 6, c.JOINT_PRISMATIC: 5, c.JOINT_POINT2POINT: 3, c.JOINT_GEAR: 1}
@@ -150,7 +150,7 @@ def changeConstraint(
         and number(maxForce) >= 0.0
         and not (record.is_bounded and maxForce == record.max_force)
     ):
-        record.max_force, record.is_bounded = float(maxForce), True
+        record.max_force = record.bound = float(maxForce)
         scene.world.constraints.set_max_force(record.made, maxForce)
     if not (
         gearRatio is _NO_RATIO
@@ -290,19 +290,16 @@ def _unknown(client: Client, given: int) -> str:
     return f"there is no constraint {given}; constraints: {there}"
 
 
-def _unit(orientation: Vector | None, default: Quaternion = _IDENTITY) -> Quaternion:
-    x, y, z, w = unit = quaternion_or(orientation, default)
+def _unit(orientation: Vector | None, default: Quaternion = IDENTITY) -> Quaternion:
+    x, y, z, w = given = quaternion_or(orientation, default)
     length = sqrt(x * x + y * y + z * z + w * w)
-    if length == 1.0:
-        return unit
-    if length == 0.0:
-        return _IDENTITY
     if length - length != 0.0:
-        check_finite(_FAILED, orientation=(x, y, z, w), length=length)
-    return x / length, y / length, z / length, w / length
+        check_finite(_FAILED, orientation=given, length=length)
+    return unit(given)
 
 
 START.later(replace_constraint_state)
+START.later(replace_constraints)
 
 
 def _move_child(client: Client, number: int, pivot: Vector3) -> None:
@@ -319,9 +316,9 @@ def _turn_child(client: Client, number: int, orientation: Quaternion) -> None:
     record: ConstraintRecord | None = scene.constraints.get(number)
     if record is None or record.made is None or orientation == record.child_orientation:
         return
-    unit = _unit(orientation)
-    if unit != record.child_orientation:
-        record.child_orientation = unit
+    turn = _unit(orientation)
+    if turn != record.child_orientation:
+        record.child_orientation = turn
         if record.kind != c.JOINT_GEAR:
             scene.world.constraints.set_frame(record.made, "b", *child_frame(scene, record))
 
@@ -331,7 +328,7 @@ def _bound(client: Client, number: int, force: float) -> None:
     record: ConstraintRecord | None = scene.constraints.get(number)
     if record is None or record.made is None or (record.is_bounded and force == record.max_force):
         return
-    record.max_force, record.is_bounded = float(force), True
+    record.max_force = record.bound = float(force)
     scene.world.constraints.set_max_force(record.made, force)
 
 
@@ -342,4 +339,9 @@ CHANGES: Mapping[str, Any] = {
 }
 """Arguments of changeConstraint that change one property, to what does so where only such ones are given."""
 _LENGTHS = {"jointChildPivot": 3, "jointChildFrameOrientation": 4}
-START.later(partial(replace_properties, "changeConstraint", CHANGES, _LENGTHS))
+_PRESENT = {
+    "jointChildPivot": "child_position",
+    "jointChildFrameOrientation": "child_orientation",
+    "maxForce": "bound",
+}
+START.later(partial(replace_properties, "changeConstraint", CHANGES, _LENGTHS, "_constraints", _PRESENT))

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard.description.mass_properties import link_masses, trace_mass
 from roboyard.description.model import Inertial
+from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, never_turns, world_moments
 from roboyard.pybullet.bullet_rules.shape_inertia import shape_moments
 from roboyard.pybullet.face.arguments import check_finite, number, vector3_or, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.fast.fast_commands import replace_properties
-from roboyard.pybullet.state.body_records import IMMOVABLE_MASS, RIGID_BODY, has_plane
+from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -189,7 +190,7 @@ def _set_mass(
     state.is_solid = by_shape
     if is_known and moments == state.moments:
         return
-    was_massless = state.mass == 0.0
+    was_massless, turned = state.mass == 0.0, not never_turns(state.moments)
     state.mass, state.moments = float(mass), moments
     if mass > 0.0 and link == -1 and record.model.fixed_base and not has_plane(record):
         scene.free_base(record)
@@ -204,9 +205,11 @@ def _set_mass(
         mass, (x, y, z) = trace.mass, trace.principal.tolist()
         moments = x, y, z
     scene.hold_massless_joints(record)
-    x, y, z = moments
+    x, y, z = world_moments(moments, is_alone=len(record.links) == 1)
     inertial = Inertial(mass=mass, origin=state.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
     record.body.links[link + 1].set_inertial(inertial)
+    if turned == never_turns(state.moments) and len(record.links) == 1:
+        scene.set_damping(record, record.linear_damping, record.angular_damping)
 
 
 def _set_friction(

@@ -129,8 +129,10 @@ def getJointStatesMultiDof(
     Raises:
         error: the body or a joint does not exist.
     """
-    record = _existing(client, bodyUniqueId)
     scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
+    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        record = _existing(client, bodyUniqueId)
     try:
         group = record.joint_groups.get(tuple(jointIndex))
     except TypeError:

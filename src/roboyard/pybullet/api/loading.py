@@ -48,10 +48,13 @@ _folder = lru_cache(maxsize=16)(Path)
 
 @command()
 def setAdditionalSearchPath(client: Client, path: str) -> None:
-    """Set the folder where files are searched after the working directory; it replaces the previous one."""
-    folder = _folder(text(path))
-    if folder is not client.search_path:
-        client.search_path = folder
+    """Set the folder where files are searched after the working directory; it replaces the previous one.
+
+    As in Bullet, it holds for all clients of the process, also for those that connect later.
+    """
+    client.search.folder = folder = _folder(text(path))
+    if folder is not client.searched:
+        client.searched = folder
         _note_folder(client, folder)
 
 
@@ -77,14 +80,14 @@ def _load_urdf_command(
     check_finite(_NO_URDF, basePosition=position, baseOrientation=orientation, globalScaling=scale)
     path = _existing(client, fileName, _NO_URDF)
     try:
-        if _mentions_deformable(path) and _soft_reader().describes_deformable(path):
+        description = _cached_description(client, path)
+        if description is None and _mentions_deformable(path) and _soft_reader().describes_deformable(path):
             find = partial(_beside, client, path.parent)
             soft = _soft_reader().read_deformable(path, find, scale if scale > 0 else 1.0)
             made = add_soft_body(client.scene, soft, position, orientation, link_name="", file=str(path))
             return made.number
-        description = read_description(client, path)
         model = bullet_model(
-            description,
+            description or read_description(client, path),
             flags=given_flags,
             scale=scale if scale > 0 else 1.0,
             fixed_base=bool(whole(useFixedBase)),
@@ -118,7 +121,7 @@ def _beside(client: Client, folder: Path, name: str) -> Path | None:
     beside = folder / name
     if is_file(beside) and is_inside(beside, [folder]):
         return beside
-    return find_file(client.search_path, name, client.mounts)
+    return find_file(client.search.folder, name, client.mounts)
 
 
 def _apply_file_filters(client: Client, record: BodyRecord) -> None:
@@ -136,6 +139,16 @@ def _apply_file_filters(client: Client, record: BodyRecord) -> None:
             filters.set_group((record.number, link), group, given.get("mask", -1))
 
 
+def _key_of(file: Path) -> tuple[Path, int, int]:
+    stamp = file.stat()
+    return file, stamp.st_mtime_ns, stamp.st_size
+
+
+def _cached_description(client: Client, file: Path) -> RobotDescription | None:
+    """Return the description of a URDF file that was read before and has not changed, of no soft body."""
+    return _cache.get(_key_of(file)) if _cache and client.parameters.file_caching else None
+
+
 def read_description(client: Client, path: Path) -> RobotDescription:
     """Return the description of a URDF file, parsed as leniently as Bullet does; cached by file.
 
@@ -144,10 +157,9 @@ def read_description(client: Client, path: Path) -> RobotDescription:
     """
     from roboyard.description import load_description
 
-    stamp = path.stat()
-    key = (path, stamp.st_mtime_ns, stamp.st_size)
-    found = _cache.get(key) if client.parameters.file_caching else None
+    found = _cached_description(client, path)
     if found is None:
+        key = _key_of(path)
         search = _search_paths(client)
         found = load_description(path, search_paths=search, missing_meshes="note", words_are_zero=True)
         if any(TEXT_NOTE in note for note in found.notes):
@@ -247,9 +259,9 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
 
 
 def _existing(client: Client, name: str, message: str) -> Path:
-    path = find_file(client.search_path, text(name), client.mounts)
+    path = find_file(client.search.folder, text(name), client.mounts)
     if path is None:
-        raise failure(message, not_found_remedy(client.search_path, name))
+        raise failure(message, not_found_remedy(client.search.folder, name))
     _note_folder(client, path.parent)
     return path
 
@@ -259,13 +271,16 @@ def _search_paths(client: Client) -> list[Path]:
 
     Programs write files into a temporary folder that name the meshes of others, which they loaded before.
     """
-    given = [client.search_path.absolute()] if client.search_path else []
+    given = [client.search.folder.absolute()] if client.search.folder else []
     return [*given, *client.named_folders]
 
 
 def _note_folder(client: Client, folder: Path) -> None:
     """Remember a folder that the script has named, unless all of the user's files are below it."""
-    folder, named = folder.absolute(), client.named_folders
+    named = client.named_folders
+    if folder in named:
+        return
+    folder = folder.absolute()
     if folder in named or Path(expanduser("~")).is_relative_to(folder):
         return
     while len(named) >= _NAMED_FOLDERS:

@@ -59,9 +59,9 @@ def restore_from_file(client: Client, file_name: str) -> None:
     Raises:
         error: the file does not exist, is of another kind, or was saved with other bodies.
     """
-    path = find_file(client.search_path, text(file_name), client.mounts)
+    path = find_file(client.search.folder, text(file_name), client.mounts)
     if path is None:
-        raise failure(_NOT_RESTORED, not_found_remedy(client.search_path, file_name))
+        raise failure(_NOT_RESTORED, not_found_remedy(client.search.folder, file_name))
     try:
         arrays = read_arrays(path, _MAX_BYTES)
     except (OSError, ArraysError) as problem:
@@ -213,9 +213,9 @@ def loadBullet(client: Client, bulletFileName: str) -> tuple[int, ...]:
     Raises:
         error: always.
     """
-    path = find_file(client.search_path, text(bulletFileName), client.mounts)
+    path = find_file(client.search.folder, text(bulletFileName), client.mounts)
     remedy = (
-        not_found_remedy(client.search_path, bulletFileName)
+        not_found_remedy(client.search.folder, bulletFileName)
         if path is None
         else "load bodies from their own files; restoreState(fileName=...) reads what saveBullet wrote"
     )

@@ -130,9 +130,9 @@ def loadSoftBody(
 
 
 def _existing(client: Client, name: str) -> Path:
-    path = find_file(client.search_path, name, client.mounts)
+    path = find_file(client.search.folder, name, client.mounts)
     if path is None:
-        raise failure(_NO_BODY, not_found_remedy(client.search_path, name))
+        raise failure(_NO_BODY, not_found_remedy(client.search.folder, name))
     return path
 
 

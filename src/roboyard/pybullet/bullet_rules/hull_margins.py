@@ -23,8 +23,16 @@ def geom_margins(model: Any, hull_cylinders: Sequence[int] = (), triangles: Sequ
     kinds = model.geom_type
     margins = np.where(kinds == int(mujoco.mjtGeom.mjGEOM_MESH), MARGIN, 0.0)
     if len(triangles):
-        margins[np.isin(model.geom_bodyid, triangles)] = 0.0
+        margins[_of_bodies(model, triangles)] = 0.0
     if len(hull_cylinders):
         is_cylinder = kinds == int(mujoco.mjtGeom.mjGEOM_CYLINDER)
-        margins[is_cylinder & np.isin(model.geom_bodyid, hull_cylinders)] = MARGIN
+        if is_cylinder.any():
+            margins[is_cylinder & _of_bodies(model, hull_cylinders)] = MARGIN
     return margins
+
+
+def _of_bodies(model: Any, rows: Sequence[int]) -> np.ndarray:
+    """Return (ngeom,) whether each geom is of one of these bodies."""
+    is_one = np.zeros(model.nbody, bool)
+    is_one[rows] = True
+    return is_one[model.geom_bodyid]

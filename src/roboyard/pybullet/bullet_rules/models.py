@@ -35,6 +35,10 @@ _WHITE = (1.0, 1.0, 1.0, 1.0)
 MASS_WITHOUT_INERTIAL = 1.0
 CYLINDER_SIDES = 32
 STATIC_LINK_NAME = "world"
+IMMOVABLE_MASS = 1e6
+"""Mass (kg) and moments (kg m²) of a movable base that no force moves."""
+_LEAST_MOMENT = 2.220446049250313e-16
+"""Smaller moments (kg m²) are zero to Bullet."""
 MomentsOf = Callable[[float, Pose, tuple[Collision, ...]], Moments]
 """Function from mass (kg), inertial frame and shapes of a link to moments (kg m²)."""
 BoundsOf = Callable[[Pose, tuple[Collision, ...]], LinkBounds]
@@ -155,7 +159,7 @@ def world_description(
     made = tuple(
         replace(
             source[link.name],
-            inertial=_inertial(link),
+            inertial=_inertial(link, is_alone=len(links) == 1),
             collisions=shapes_of(link.collisions),
             visuals=link.visuals or _default_visuals(link.collisions),
         )
@@ -183,7 +187,8 @@ def _prism(radius: float, length: float) -> Mesh:
 
 def _default_visuals(collisions: tuple[Collision, ...]) -> tuple[Visual, ...]:
     """Return the visuals of a link without visual shapes: its collision shapes."""
-    return tuple(Visual(geometry=shape.geometry, origin=shape.origin) for shape in collisions)
+    white = Material(rgba=_WHITE)
+    return tuple(Visual(geometry=shape.geometry, origin=shape.origin, material=white) for shape in collisions)
 
 
 def ordered_joints(description: RobotDescription, *, keep_link_order: bool) -> tuple[Joint, ...]:
@@ -235,15 +240,18 @@ def _link_model(link: Link, flags: int, moments_of: MomentsOf) -> LinkModel:
 
 
 def _colored(visual: Visual, flags: int) -> Visual:
-    """Return a visual that takes no colours from its mesh file, unless the flags and an OBJ file say so.
+    """Return a visual that is white without a colour, unless the flags and its OBJ file say otherwise.
 
     Source:
         Bullet, TinyRendererVisualShapeConverter.cpp, convertURDFToVisualShapeInternal.
     """
     geometry, material = visual.geometry, visual.material
-    if not isinstance(geometry, Mesh) or geometry.path is None:
-        return visual
-    if flags & c.URDF_USE_MATERIAL_COLORS_FROM_MTL and geometry.path.suffix.lower() == ".obj":
+    if (
+        flags & c.URDF_USE_MATERIAL_COLORS_FROM_MTL
+        and isinstance(geometry, Mesh)
+        and geometry.path is not None
+        and geometry.path.suffix.lower() == ".obj"
+    ):
         return visual
     if material is None:
         return replace(visual, material=Material(rgba=_WHITE))
@@ -266,10 +274,26 @@ def _file_moments(inertial: Inertial) -> tuple[Pose, tuple[float, float, float]]
     return frame, moments
 
 
-def _inertial(link: LinkModel) -> Inertial | None:
+def never_turns(moments: Moments) -> bool:
+    """Return whether a body of one link with these moments keeps its angular velocity for ever.
+
+    Source:
+        Bullet, btMultiBody.cpp, solveImatrix: without links, one moment of zero is enough.
+    """
+    return min(moments) < _LEAST_MOMENT
+
+
+def world_moments(moments: Moments, *, is_alone: bool) -> Moments:
+    """Return the moments (kg m²) that a link has in the World: heavy if it is a body that never turns."""
+    if is_alone and never_turns(moments):
+        return IMMOVABLE_MASS, IMMOVABLE_MASS, IMMOVABLE_MASS
+    return moments
+
+
+def _inertial(link: LinkModel, *, is_alone: bool) -> Inertial | None:
     if link.mass == 0.0:
         return None
-    x, y, z = link.moments
+    x, y, z = world_moments(link.moments, is_alone=is_alone)
     return Inertial(mass=link.mass, origin=link.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
 
 

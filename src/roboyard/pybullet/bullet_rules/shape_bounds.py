@@ -7,7 +7,7 @@ rotates as a whole. Boxes, spheres, cylinders and capsules include their margin 
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -57,6 +57,14 @@ class LinkBounds:
         return self.corners
 
 
+_KNOWN = 256
+_known: dict[Any, tuple[tuple[Collision, ...], LinkBounds]] = {}
+"""Bounds of shapes without files, by the id of the shapes, which are kept, and the other arguments.
+
+A description is kept from one loading of its file to the next, and so are its shapes.
+"""
+
+
 def link_bounds(
     frame: Pose, collisions: tuple[Collision, ...], *, implicit_cylinder: bool, from_file: bool
 ) -> LinkBounds:
@@ -68,6 +76,22 @@ def link_bounds(
         implicit_cylinder: whether cylinders are exact instead of hulls.
         from_file: whether compounds have a margin and each OBJ file is a compound of its own, as in files.
     """
+    key = id(collisions), frame.position, frame.quaternion, implicit_cylinder, from_file
+    known = _known.get(key)
+    if known is not None:
+        return known[1]
+    bounds = _link_bounds(frame, collisions, implicit_cylinder=implicit_cylinder, from_file=from_file)
+    if not any(isinstance(shape.geometry, Mesh | Heightfield) for shape in collisions):
+        bounds.corners.setflags(write=False)
+        _known[key] = collisions, bounds
+        while len(_known) > _KNOWN:
+            del _known[next(iter(_known))]
+    return bounds
+
+
+def _link_bounds(
+    frame: Pose, collisions: tuple[Collision, ...], *, implicit_cylinder: bool, from_file: bool
+) -> LinkBounds:
     compound_margin = MARGIN if from_file else 0.0
     shapes: list[Shape] = []
     alone: Collision | None = None

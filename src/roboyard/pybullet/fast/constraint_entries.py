@@ -1,9 +1,17 @@
-"""getConstraintState as machine code; see `fast_entries`."""
+"""Constraints as machine code; see `fast_entries`.
+
+A fixed or point-to-point constraint of plain numbers becomes a request, which the scene builds when it next
+steps or reads constraints. One that is removed before was only an entry in a dictionary.
+"""
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
+from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.fast.fast_entries import PARTS
 
 _SOURCE = f"""{PARTS}
@@ -48,3 +56,169 @@ def constraint_call() -> None:
 
 CONSTRAINT = Front(constraint_call, EntrySignature(_SOURCE))
 vars(constraint_call)["front"] = CONSTRAINT
+
+
+class CreationState(NamedTuple):
+    """State of createConstraint; the machine code has the same order."""
+
+    command: Any
+    none: None = None
+    true: bool = True
+    whole: int = -1
+    """The world as a body."""
+    number: float = 0.0
+    listed: list[Any] = []  # noqa: RUF012 - of which the type is read
+    joined: tuple[Any, ...] = ()
+    scene: str = "scene"
+    bodies: str = "bodies"
+    joints: str = "joint_count"
+    requested: str = "requested"
+    ids: str = "constraint_ids"
+    following: str = "_next"
+    world: str = "world"
+    moved: str = "is_moved"
+    velocity_moved: str = "_velocity_moved"
+    frames_are_old: str = "frames_are_old"
+
+
+_CREATION = f"""
+KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
+COMMAND, NONE, TRUE, WHOLE, NUMBER, LISTED, JOINED, SCENE, BODIES, JOINTS = range(3, 13)
+REQUESTED, IDS, NEXT, WORLD, MOVED, VELOCITY_MOVED, FRAMES = range(13, 20)
+GIVEN, FIRST_VECTOR, FIRST_TURN = 10, 5, 8  # arguments after the client
+{parts(ATTRIBUTE, FOUND, PLAIN)}
+@part
+def has_link(state, bodies, body, link):
+    record = found(bodies, body)
+    if record == 0:
+        return False
+    place = PyLong_AsLongLong(link)
+    if place == -1 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+        return False
+    return -1 <= place < PyLong_AsLongLong(attribute(record, word(state, JOINTS)))
+
+@part
+def vector(state, values, length):
+    is_tuple = word(values, KIND) == word(word(state, JOINED), KIND)
+    if not is_tuple and word(values, KIND) != word(word(state, LISTED), KIND):
+        return 0
+    if word(values, SIZE) != length:
+        return 0
+    start = values if is_tuple else word(values, ITEMS)
+    first = ITEMS if is_tuple else 0
+    made, total = PyTuple_New(length), 0.0
+    for place in range(length):
+        value = word(start, first + place)
+        size = plain(state, value)
+        total += size * size
+        if word(value, KIND) == word(word(state, NUMBER), KIND):
+            Py_IncRef(value)
+        else:
+            value = PyFloat_FromDouble(size)
+        PyTuple_SetItem(made, place, value)
+    if total < 1e100:
+        return made
+    Py_DecRef(made)
+    return 0
+
+@part
+def request(state, given, count):
+    made = PyTuple_New(GIVEN)
+    for place in range(FIRST_VECTOR):
+        Py_IncRef(given[place + 1])
+        PyTuple_SetItem(made, place, given[place + 1])
+    for place in range(FIRST_VECTOR, GIVEN):
+        if place >= FIRST_TURN and (place + 1 >= count or given[place + 1] == word(state, NONE)):
+            Py_IncRef(word(state, NONE))
+            value = word(state, NONE)
+        else:
+            value = vector(state, given[place + 1], 3 if place < FIRST_TURN else 4)
+        if value == 0:
+            Py_DecRef(made)
+            return 0
+        PyTuple_SetItem(made, place, value)
+    return made
+
+@part
+def has_ends(state, bodies, given):
+    for place in range(1, 6):
+        if word(given[place], KIND) != word(word(state, WHOLE), KIND):
+            return False
+    kind = PyLong_AsLongLong(given[5])
+    if kind == -1 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+    if kind != {c.JOINT_FIXED} and kind != {c.JOINT_POINT2POINT}:
+        return False
+    if not has_link(state, bodies, given[1], given[2]):
+        return False
+    return given[3] == word(state, WHOLE) or has_link(state, bodies, given[3], given[4])
+
+def entry(state, given, count, keywords):
+    fits = keywords == 0 and 9 <= count <= 11
+    scene = attribute(given[0], word(state, SCENE)) if fits else 0
+    made = 0
+    if scene != 0 and has_ends(state, attribute(scene, word(state, BODIES)), given):
+        made = request(state, given, count)
+    if made == 0:
+        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+    ids = attribute(scene, word(state, IDS))
+    number = attribute(ids, word(state, NEXT))
+    Py_IncRef(number)
+    following = PyLong_FromLongLong(PyLong_AsLongLong(number) + 1)
+    PyObject_SetAttr(ids, word(state, NEXT), following)
+    Py_DecRef(following)
+    PyDict_SetItem(attribute(scene, word(state, REQUESTED)), number, made)
+    Py_DecRef(made)
+    world = attribute(scene, word(state, WORLD))
+    PyObject_SetAttr(world, word(state, MOVED), word(state, TRUE))
+    PyObject_SetAttr(world, word(state, VELOCITY_MOVED), word(state, TRUE))
+    PyObject_SetAttr(scene, word(state, FRAMES), word(state, TRUE))
+    return number
+"""
+
+
+def creation_call() -> None:
+    """Do nothing: the machine code is stored beside the code of this file."""
+
+
+CREATION = Front(creation_call, EntrySignature(_CREATION))
+"""createConstraint."""
+
+
+class RemovalState(NamedTuple):
+    """State of removeConstraint; the machine code has the same order."""
+
+    command: Any
+    none: None = None
+    whole: int = 0
+    scene: str = "scene"
+    requested: str = "requested"
+
+
+_REMOVAL = f"""
+KIND = 1  # of any object, in words
+COMMAND, NONE, WHOLE, SCENE, REQUESTED = range(3, 8)
+{parts(ATTRIBUTE, FOUND)}
+
+def entry(state, given, count, keywords):
+    fits = keywords == 0 and count == 2 and word(given[1], KIND) == word(word(state, WHOLE), KIND)
+    scene = attribute(given[0], word(state, SCENE)) if fits else 0
+    requested = attribute(scene, word(state, REQUESTED)) if scene != 0 else 0
+    if requested == 0 or found(requested, given[1]) == 0:
+        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+    PyDict_DelItem(requested, given[1])
+    Py_IncRef(word(state, NONE))
+    return word(state, NONE)
+"""
+
+
+def removal_call() -> None:
+    """Do nothing: the machine code is stored beside the code of this file."""
+
+
+REMOVAL = Front(removal_call, EntrySignature(_REMOVAL))
+"""removeConstraint."""
+
+for _front in (CREATION, REMOVAL):
+    vars(_front.core)["front"] = _front

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any
 
+import numpy as np
+
 from roboyard._lazy import LazyLogger
 from roboyard.native.builtin import bound_function
 from roboyard.native.fronts import Front
@@ -59,6 +61,14 @@ def replace_constraint_state() -> None:
     _replace("getConstraintState", CONSTRAINT, "constraints", ())
 
 
+def replace_constraints() -> None:
+    """Replace createConstraint and removeConstraint."""
+    from roboyard.pybullet.fast.constraint_entries import CREATION, REMOVAL, CreationState, RemovalState
+
+    replace("createConstraint", CREATION, CreationState(COMMANDS["createConstraint"].function))
+    replace("removeConstraint", REMOVAL, RemovalState(COMMANDS["removeConstraint"].function))
+
+
 def replace_dynamics() -> None:
     """Replace calculateInverseDynamics and calculateMassMatrix."""
     from roboyard.pybullet.fast.tree_entries import TREE
@@ -82,11 +92,17 @@ def replace_settings(name: str) -> None:
         step if place < first else step._replace(default=defaults[place - first])
         for place, step in enumerate(steps)
     )
-    replace(name, SETTINGS, Settings(function, owner, table, revision, steps))
+    kinds = np.array([step.kind for step in steps], np.int64)
+    bounds = np.array([(step.least, step.most) for step in steps])
+    replace(name, SETTINGS, Settings(function, kinds, bounds, owner, table, revision, steps))
 
 
 def replace_properties(
-    name: str, changes: Mapping[str, Callable[..., None]], lengths: Mapping[str, int] | None = None
+    name: str,
+    changes: Mapping[str, Callable[..., None]],
+    lengths: Mapping[str, int] | None = None,
+    records: str | None = None,
+    present: Mapping[str, str] | None = None,
 ) -> None:
     """Replace a command with many optional arguments.
 
@@ -94,6 +110,8 @@ def replace_properties(
         name: of the command, whose other arguments are the client and integers.
         changes: optional argument to a function of those and of its number, or numbers.
         lengths: arguments that are several numbers, and how many.
+        records: attribute of the scene with records by the first integer, if any.
+        present: arguments to the record's attribute that is equal where they change nothing.
     """
     from roboyard.pybullet.fast.property_entries import PROPERTIES, Properties
 
@@ -103,7 +121,8 @@ def replace_properties(
     names = code.co_varnames[first : code.co_argcount]
     by_place = tuple(changes.get(argument) for argument in names)
     sizes = tuple((lengths or {}).get(argument, 0) for argument in names)
-    replace(name, PROPERTIES, Properties(function, by_place, sizes, defaults, first))
+    attributes = tuple((present or {}).get(argument) for argument in names)
+    replace(name, PROPERTIES, Properties(function, by_place, sizes, defaults, first, records, attributes))
 
 
 def replace_lines() -> None:

@@ -54,15 +54,19 @@ def triple(state, values):
         return 0
     first = ITEMS if is_tuple else 0
     start = values if is_tuple else word(values, ITEMS)
-    x, y = plain(state, word(start, first)), plain(state, word(start, first + 1))
-    z = plain(state, word(start, first + 2))
-    total = x + y + z
+    made, total = PyTuple_New(3), 0.0
+    for place in range(3):
+        value = word(start, first + place)
+        size = plain(state, value)
+        total += size
+        if word(value, KIND) == word(word(state, NUMBER), KIND):
+            Py_IncRef(value)
+        else:
+            value = PyFloat_FromDouble(size)
+        PyTuple_SetItem(made, place, value)
     if total - total != 0.0:
+        Py_DecRef(made)
         return 0
-    made = PyTuple_New(3)
-    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
-    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
-    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
     return made
 
 @part

@@ -41,6 +41,10 @@ class Settings(NamedTuple):
     """State of a command; the machine code has the same order."""
 
     command: Any
+    kinds: Any
+    """(n,) kinds of the steps."""
+    bounds: Any
+    """(n, 2) bounds of the steps."""
     owner: str | None
     """Attribute of the client that has the settings; None where none are stored."""
     table: str | None
@@ -57,8 +61,8 @@ class Settings(NamedTuple):
 
 _SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
-COMMAND, OWNER, TABLE, REVISION, STEPS, NONE, WHOLE, NUMBER, REQUIRED, LISTED = range(3, 13)
-OF_STEP, NAME, DEFAULT, LEAST, MOST = range(3, 8)
+COMMAND, KINDS, BOUNDS, OWNER, TABLE, REVISION, STEPS, NONE, WHOLE, NUMBER, REQUIRED, LISTED = range(3, 15)
+OF_STEP, NAME, DEFAULT = range(3, 6)
 {parts(ATTRIBUTE, ITEM, HAS_LENGTH, PLAIN)}
 @part
 def coordinate(state, values, place):
@@ -76,13 +80,11 @@ def is_triple(state, values):
     return has_length(values, 3)
 
 @part
-def accepts(state, step, value, is_last):
-    kind = PyLong_AsLongLong(word(step, OF_STEP))
+def accepts(state, kind, least, most, value, is_last):
     if kind == {IGNORED}:
         return True
     if kind == {REFUSED}:
         return False
-    least, most = PyFloat_AsDouble(word(step, LEAST)), PyFloat_AsDouble(word(step, MOST))
     if kind == {COLOR} or kind == {PLACE}:
         if not is_triple(state, value):
             return False
@@ -113,8 +115,8 @@ def short(value):
     return np.float64(np.float32(value))
 
 @part
-def store(state, step, owner, table, given, place):
-    kind, name, value = PyLong_AsLongLong(word(step, OF_STEP)), word(step, NAME), given[place]
+def store(state, kind, step, owner, table, given, place):
+    name, value = word(step, NAME), given[place]
     if kind == {WHOLE}:
         PyObject_SetAttr(owner, name, value)
     elif kind == {NUMBER} or kind == {SHORT}:
@@ -135,6 +137,7 @@ def store(state, step, owner, table, given, place):
 
 def entry(state, given, count, keywords):
     steps = word(state, STEPS)
+    kinds, bounds = integers(word(state, KINDS)), matrix(word(state, BOUNDS))
     fits = keywords == 0 and 1 < count <= word(steps, SIZE) + 1
     if fits:
         for place in range(1, word(steps, SIZE) + 1):
@@ -142,7 +145,9 @@ def entry(state, given, count, keywords):
             if place >= count:
                 fits = fits and word(step, DEFAULT) != word(state, REQUIRED)
             elif given[place] != word(step, DEFAULT):
-                fits = fits and accepts(state, step, given[place], place == count - 1)
+                least, most = bounds[place - 1, 0], bounds[place - 1, 1]
+                is_last = place == count - 1
+                fits = fits and accepts(state, kinds[place - 1], least, most, given[place], is_last)
     if fits and word(state, OWNER) == word(state, NONE):
         Py_IncRef(word(state, NONE))
         return word(state, NONE)
@@ -156,7 +161,7 @@ def entry(state, given, count, keywords):
     for place in range(1, count):
         step = word(steps, ITEMS + place - 1)
         if given[place] != word(step, DEFAULT):
-            store(state, step, owner, table, given, place)
+            store(state, kinds[place - 1], step, owner, table, given, place)
     if word(state, REVISION) != word(state, NONE):
         changes = attribute(owner, word(state, REVISION))
         made = PyLong_FromLongLong(PyLong_AsLongLong(changes) + 1)

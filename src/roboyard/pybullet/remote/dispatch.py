@@ -15,6 +15,7 @@ from roboyard.pybullet.face.calling import REFUSED
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.errors import error, world_failure
 from roboyard.pybullet.face.wire import WireError, encode, shortened
+from roboyard.pybullet.state.file_search import SearchPath
 from roboyard.pybullet.state.output_files import OutputFiles
 
 _LOCAL = {"setTimeOut"}  # handled by the remote client itself
@@ -30,6 +31,7 @@ class Dispatcher:
             output_files: where commands may write; nowhere by default.
         """
         self.client = Client()
+        self.client.search = SearchPath()  # what strangers search is no matter of this process
         self.client.output_files = output_files or OutputFiles(is_free=False)
 
     def answer(self, request: Any) -> bytes:

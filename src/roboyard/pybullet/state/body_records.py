@@ -37,8 +37,6 @@ CONTACT_STIFFNESS, CONTACT_DAMPING = 1e4, 1.0
 DEFAULT_DAMPING = 0.04
 DEFAULT_IMPULSE = {0: 1.0, 1: 1.0, 2: 1000.0}
 """Largest impulse per step of the default motor of a joint, by joint type (N m s or N s)."""
-IMMOVABLE_MASS = 1e6
-"""Mass (kg) and moments (kg m²) of a movable base that no force moves."""
 MULTIBODY, RIGID_BODY = 2, 1
 HIDDEN_JOINT = -1
 """Type of a joint that scripts cannot access; it has no motor."""
@@ -166,7 +164,7 @@ class BodyRecord:
             for i, link in enumerate(model.links)
         ]
         self.held: dict[int, float] = {}
-        """Inertia of the motors of joints that are held because nothing beyond them has mass."""
+        """Inertia of the motors of joints that are held because nothing beyond them has mass or inertia."""
         self._bounds: dict[int, LinkBounds] = {}
         self.collision_rows: dict[int, tuple[tuple[Any, ...], ...]] = {}
         """The fields of getCollisionShapeData by link, once they were asked for."""

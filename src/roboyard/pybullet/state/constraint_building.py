@@ -2,23 +2,53 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import TYPE_CHECKING
 
 from roboyard.errors import RoboyardError
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.state.constraint_records import WORLD, ConstraintRecord
+from roboyard.pybullet.state.constraint_records import IDENTITY, WORLD, ConstraintRecord
 from roboyard.pybullet.state.frames import rotated
 from roboyard.transforms import multiply
 
 if TYPE_CHECKING:
     from roboyard.description.model import Pose
     from roboyard.pybullet.face.arguments import Quaternion, Vector3
-    from roboyard.pybullet.state.physics_scene import PhysicsScene
+    from roboyard.pybullet.state.constraint_records import ConstraintRequest, ConstraintScene
     from roboyard.sim.joint import Joint
     from roboyard.sim.link import Link
 
 
-def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
+def requested_constraint(scene: ConstraintScene, number: int, request: ConstraintRequest) -> ConstraintRecord:
+    """Return the record, with the World's constraint, of a request."""
+    parent, link, child, child_link, kind, axis, position, child_position, turn, child_turn = request
+    record = ConstraintRecord(
+        number=number,
+        parent=(parent, link),
+        child=(child, child_link),
+        kind=kind,
+        axis=axis,
+        parent_position=position,
+        parent_orientation=IDENTITY if turn is None else unit(turn),
+        child_position=child_position,
+        child_orientation=IDENTITY if child_turn is None else unit(child_turn),
+    )
+    build(scene, record)
+    return record
+
+
+def unit(orientation: Quaternion) -> Quaternion:
+    """Return a quaternion (4,) of length 1; the identity for zeros."""
+    x, y, z, w = orientation
+    length = sqrt(x * x + y * y + z * z + w * w)
+    if length == 1.0:
+        return orientation
+    if length == 0.0:
+        return IDENTITY
+    return x / length, y / length, z / length, w / length
+
+
+def build(scene: ConstraintScene, record: ConstraintRecord) -> None:
     """Build, or rebuild, the World's constraint of a record.
 
     Raises:
@@ -79,7 +109,7 @@ def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
         )
 
 
-def remove(scene: PhysicsScene, record: ConstraintRecord) -> None:
+def remove(scene: ConstraintScene, record: ConstraintRecord) -> None:
     """Remove the World's constraint, if it exists."""
     if record.anchor is not None:
         soft, anchor = record.anchor
@@ -90,18 +120,18 @@ def remove(scene: PhysicsScene, record: ConstraintRecord) -> None:
         scene.world.constraints.remove(made)
 
 
-def parent_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[Vector3, Quaternion]:
+def parent_frame(scene: ConstraintScene, record: ConstraintRecord) -> tuple[Vector3, Quaternion]:
     """Return the (3,) position (m) and (4,) orientation of the joint in the parent's link frame."""
     return _in_link_frame(scene, record.parent, record.parent_position, record.parent_orientation)
 
 
-def child_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[Vector3, Quaternion]:
+def child_frame(scene: ConstraintScene, record: ConstraintRecord) -> tuple[Vector3, Quaternion]:
     """Return the (3,) position (m) and (4,) orientation in the child's link frame or the world."""
     return _in_link_frame(scene, record.child, record.child_position, record.child_orientation)
 
 
 def _in_link_frame(
-    scene: PhysicsScene, place: tuple[int, int], position: Vector3, orientation: Quaternion
+    scene: ConstraintScene, place: tuple[int, int], position: Vector3, orientation: Quaternion
 ) -> tuple[Vector3, Quaternion]:
     if place[0] == WORLD:
         return position, orientation
@@ -113,14 +143,14 @@ def _in_link_frame(
     return (x + a, y + b, z + c), (i, j, k, w)
 
 
-def _link(scene: PhysicsScene, place: tuple[int, int]) -> Link:
+def _link(scene: ConstraintScene, place: tuple[int, int]) -> Link:
     found = scene.link(*place)
     if found is None:
         raise RoboyardError(f"there is no body {place[0]} with a link {place[1]}")
     return found
 
 
-def _joint(scene: PhysicsScene, place: tuple[int, int]) -> Joint:
+def _joint(scene: ConstraintScene, place: tuple[int, int]) -> Joint:
     record = scene.bodies.get(place[0])
     if record is None or not 0 <= place[1] < record.joint_count:
         raise RoboyardError(f"there is no body {place[0]} with a joint {place[1]}; gears couple joints")

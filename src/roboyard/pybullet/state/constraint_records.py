@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Protocol
 
 from roboyard._records import dataclass
 
 if TYPE_CHECKING:
     from roboyard.pybullet.face.arguments import Quaternion, Vector3
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.sim.link import Link
     from roboyard.sim.soft.soft_body import Anchor, SoftBody
     from roboyard.sim.stepping.constraints import Constraint
+    from roboyard.sim.world import World
 
 DEFAULT_MAX_FORCE = 500.0
 WORLD = -1
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
+ConstraintRequest = tuple[
+    int, int, int, int, int, "Vector3", "Vector3", "Vector3", "Quaternion | None", "Quaternion | None"
+]
+"""Checked arguments of createConstraint, vectors of floats; None for the identity."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -39,8 +48,8 @@ class ConstraintRecord:
     """Joint orientation in the child or the world (x, y, z, w)."""
     max_force: float = DEFAULT_MAX_FORCE
     """Largest force (N) or torque (N m)."""
-    is_bounded: bool = False
-    """Whether the script has set the largest force; else it is an impulse (N s or N m s) in effect."""
+    bound: float | None = None
+    """The largest force where the script has set it; None: it is an impulse (N s or N m s) in effect."""
     gear_ratio: float = 0.0
     """Ratio of a gear; 0: not set, which couples 1 to 1."""
     gear_aux_link: int | None = None
@@ -54,6 +63,29 @@ class ConstraintRecord:
     anchor: tuple[SoftBody, Anchor] | None = None
     """The anchor of a soft body."""
 
+    @property
+    def is_bounded(self) -> bool:
+        """Whether the script has set the largest force."""
+        return self.bound is not None
+
     def involves(self, body: int) -> bool:
         """Return whether a body is the parent or child."""
         return body in (self.parent[0], self.child[0])
+
+
+class ConstraintScene(Protocol):
+    """The parts of a scene that constraints are built from."""
+
+    @property
+    def world(self) -> World:
+        """The World."""
+        ...
+
+    @property
+    def bodies(self) -> Mapping[int, BodyRecord]:
+        """Bodies by id."""
+        ...
+
+    def link(self, body: int, link: int) -> Link | None:
+        """Return the World's link, or None."""
+        ...

@@ -2,35 +2,54 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.file_mounts import FileMounts
 
-_DATA_FOLDERS = ("data", "../data", "../../data", "../../../data", "../../../../data")
+_PREFIXES = tuple(map(Path, (".", "data", "../data", "../../data", "../../../data", "../../../../data")))
+
+
+class SearchPath:
+    """The folder of setAdditionalSearchPath; like Bullet's, it is one for all clients of the process."""
+
+    __slots__ = ("folder",)
+
+    def __init__(self) -> None:
+        """Search nowhere besides."""
+        self.folder: Path | None = None
+
+
+OF_PROCESS = SearchPath()
+
+
+@lru_cache(maxsize=256)
+def _candidates(search_path: Path | None, name: str) -> tuple[Path, ...]:
+    """Return where a file is looked for, in order, kept: to put paths together takes longer than to look."""
+    found: list[Path] = []
+    for given in (Path(name), *([Path(f"{search_path}/{name}")] if search_path else [])):
+        relative = given.relative_to(given.anchor)
+        found += [given, *(folder / relative for folder in _PREFIXES)]
+    return tuple(found)
 
 
 def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = None) -> Path | None:
     """Return the absolute path of a file that a script names, or None.
 
-    Searched in order: the working directory, the search path, data folders nearby. Like Bullet, which puts
-    these folders in front of any name, also of an absolute one that does not exist.
+    Searched in order: the working directory, the data folders nearby, then the same with the search path in
+    front of the name. Like Bullet, which puts these folders in front of any name, also of an absolute one
+    that does not exist.
 
     Args:
         search_path: folder of setAdditionalSearchPath.
         name: file name as the script gives it.
         mounts: mounts of the fileIOPlugin, searched last.
     """
-    given = Path(name)
-    if given.is_absolute():
-        if is_file(given):
-            return _original(given)
-        given = given.relative_to(given.anchor)
-    folders = [Path(), *([search_path] if search_path else []), *map(Path, _DATA_FOLDERS)]
-    for folder in folders:
-        if is_file(folder / given):
-            return _original((folder / given).absolute())
+    for file in _candidates(search_path, name):
+        if is_file(file):
+            return _original(file.absolute())
     if mounts is None:
         return None
     return mounts.find(name) or (mounts.find(str(search_path / name)) if search_path else None)

@@ -132,14 +132,23 @@ class PairFilters:
         self._pairs = {pair: on for pair, on in self._pairs.items() if body not in (pair[0][0], pair[1][0])}
 
     def _apply_to(self, place: Place, record: BodyRecord) -> None:
+        """Apply the filters of a link to its pairs with all links of a body, of which there may be many."""
+        first, filters, number = self._link(*place), self._world.filters, record.number
+        if first is None:
+            return
+        group, mask = self.group_of(*place), self._mask_of(*place)
         for link, part in enumerate(record.model.links, start=-1):
-            if part.collisions and place != (record.number, link):
-                self._apply(place, (record.number, link))
-
-    def _apply(self, a: Place, b: Place) -> None:
-        pair = self._pairs.get((min(a, b), max(a, b)))
-        either = self.group_of(*a) & self._mask_of(*b) or self.group_of(*b) & self._mask_of(*a)
-        self._set(a, b, bool(either) if pair is None else pair)
+            other, second = (number, link), record.link(link) if part.collisions else None
+            if second is None or other == place:
+                continue
+            pair = (place, other) if place < other else (other, place)
+            collide = self._pairs.get(pair)
+            if collide is None:
+                collide = bool(group & self._mask_of(*other) or self.group_of(*other) & mask)
+            if collide and pair in self._never:
+                collide = False
+            if filters.collides(first, second) != collide:
+                filters.set(first, second, collide=collide)
 
     def _mask_of(self, body: int, link: int) -> int:
         given = self._groups.get((body, link))

@@ -6,17 +6,20 @@ from collections.abc import KeysView
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from roboyard.description.model import Inertial
 from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches, shape_boxes
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
-from roboyard.pybullet.bullet_rules.models import BodyModel
+from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, BodyModel, never_turns
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
 from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
+from roboyard.pybullet.face.constants import JOINT_REVOLUTE
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, IMMOVABLE_MASS, MULTIBODY, BodyRecord
-from roboyard.pybullet.state.constraint_records import ConstraintRecord
+from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
+from roboyard.pybullet.state.constraint_records import ConstraintRecord, ConstraintRequest
 from roboyard.pybullet.state.contacts import Contact, LastStep
 from roboyard.pybullet.state.engine_parameters import (
     CONTACT_ERP,
@@ -33,6 +36,7 @@ from roboyard.sim.link import Link
 from roboyard.sim.mujoco_library import stop_timers
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.world import World
+from roboyard.transforms import conjugate, rotate
 
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
@@ -70,8 +74,11 @@ class PhysicsScene:
         self.collision_shapes: dict[int, Any] = {}
         self.visual_shapes: dict[int, Any] = {}
         self.collision_ids, self.visual_ids = IdPool(), IdPool()
-        self.constraints: dict[int, ConstraintRecord] = {}
+        self._constraints: dict[int, ConstraintRecord] = {}
         self.constraint_ids = Counter(1)
+        self.requested: dict[int, ConstraintRequest] = {}
+        """Constraints of machine code that are not built yet, by id; one that is removed before never is."""
+        self.world.constraints.before_entering = self.build_requested
         self.states: dict[int, Any] = {}
         self.state_contacts: dict[int, tuple[Contact, ...]] = {}
         """Contacts of saved states, where they have any."""
@@ -180,6 +187,8 @@ class PhysicsScene:
         record.linear_damping, record.angular_damping = linear, angular
         if record.kind != MULTIBODY:
             linear = angular = 0.0
+        elif len(record.links) == 1 and never_turns(record.links[0].moments):
+            angular = 0.0
         for link, state in zip(record.body.links, record.links, strict=True):
             if state.mass > 0.0:
                 self.world.surfaces.set_damping(
@@ -187,19 +196,29 @@ class PhysicsScene:
                 )
 
     def hold_massless_joints(self, record: BodyRecord) -> None:
-        """Hold joints beyond which nothing has mass, as in Bullet: neither forces nor motors move them."""
-        if record.kind != MULTIBODY or not (record.held or any(s.mass == 0.0 for s in record.links[1:])):
+        """Hold joints beyond which nothing has mass, as in Bullet: neither forces nor motors move them.
+
+        The same holds for a hinge that carries one link only, without inertia about the axis and with its
+        centre of mass on it.
+        """
+        links = record.links[1:]
+        if record.kind != MULTIBODY or not (
+            record.held or any(state.mass == 0.0 or never_turns(state.moments) for state in links)
+        ):
             return
-        masses = [state.mass for state in record.links[1:]]
+        masses = [state.mass for state in links]
         for index in range(len(masses) - 1, -1, -1):
             parent = record.model.links[index + 1].parent
             if parent >= 0:
                 masses[parent] += masses[index]
             joint = record.body.joints[index]
-            if masses[index] == 0.0 and index not in record.held:
+            is_held = masses[index] == 0.0 or (
+                masses[index] == links[index].mass and _is_on_axis(record, index)
+            )
+            if is_held and index not in record.held:
                 record.held[index] = joint.armature
                 joint.armature = HELD_INERTIA
-            elif masses[index] > 0.0 and index in record.held:
+            elif not is_held and index in record.held:
                 joint.armature = record.held.pop(index)
 
     def free_base(self, record: BodyRecord) -> None:
@@ -240,8 +259,10 @@ class PhysicsScene:
         self.last_step.remove_body(number)
         if record.motor_commands is not None:
             self.pending_commands.discard(record.motor_commands)
-        for key in [key for key, held in self.constraints.items() if held.involves(number)]:
-            del self.constraints[key]
+        for key in [key for key, held in self._constraints.items() if held.involves(number)]:
+            del self._constraints[key]
+        for key in [key for key, request in self.requested.items() if number in (request[0], request[2])]:
+            del self.requested[key]
         self.textures.remove_body(record, self.world)
         self.world.remove(record.body)
         del self._records_by_world_id[record.body.id]
@@ -286,6 +307,24 @@ class PhysicsScene:
         """Return the World's link, or None."""
         record = self.bodies.get(body)
         return None if record is None else record.link(link)
+
+    @property
+    def constraints(self) -> dict[int, ConstraintRecord]:
+        """Constraints by id, in the order they were created."""
+        if self.requested:
+            self.build_requested()
+        return self._constraints
+
+    def build_requested(self) -> None:
+        """Build the constraints that were only requested."""
+        if not self.requested:
+            return
+        from roboyard.pybullet.state.constraint_building import requested_constraint
+
+        requested = dict(self.requested)
+        self.requested.clear()
+        for number, request in requested.items():
+            self._constraints[number] = requested_constraint(self, number, request)
 
     # ---------------------------------------------------------------------------------------------- queries
 
@@ -383,6 +422,8 @@ class PhysicsScene:
         p = self.parameters
         if self._applied_revision == p.revision:
             return
+        if self.requested:  # their bounds depend on the time step
+            self.build_requested()
         self._applied_revision = p.revision
         self.world.gravity = p.gravity
         self.world.timestep = p.time_step / max(1, p.sub_steps)
@@ -472,6 +513,8 @@ class PhysicsScene:
     def step(self) -> None:
         """Advance by one time step, divided into the client's substeps."""
         parameters, world = self.parameters, self.world
+        if self.requested:
+            self.build_requested()
         if self._applied_revision != parameters.revision:
             self.apply_parameters()
         if self.pending_commands:
@@ -543,3 +586,14 @@ class PhysicsScene:
         """Note that positions or velocities were written."""
         self.world.mark_moved()
         self.frames_are_old = True
+
+
+def _is_on_axis(record: BodyRecord, joint: int) -> bool:
+    """Return whether a hinge's link has no inertia about its axis."""
+    state, info = record.links[joint + 1], record.infos[joint]
+    if info[2] != JOINT_REVOLUTE:
+        return False
+    axis = np.asarray(info[13])
+    arm = rotate(conjugate(state.frame.quaternion), state.frame.position)
+    about = axis**2 @ np.asarray(state.moments) + state.mass * np.sum(np.cross(axis, arm) ** 2)
+    return never_turns((about, about, about))

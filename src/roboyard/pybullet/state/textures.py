@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.description.model import Mesh
+from roboyard.errors import MeshError
+from roboyard.shapes.load import load_mesh
 
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.models import BodyModel
@@ -42,7 +44,10 @@ class Textures:
     def remove_body(self, record: BodyRecord, world: World) -> None:
         """Forget a body before it is removed; the ids of its images are not reused."""
         if record in self._pending:
-            self.assign_pending(world)
+            if _has_images(record.model):
+                self.assign_pending(world)
+            else:
+                self._pending.remove(record)
         self._of_shapes.pop(record.number, None)
 
     def assign_pending(self, world: World) -> None:
@@ -80,10 +85,32 @@ class Textures:
         return self._of_shapes.get(record.number, {}).get((link, index), -1)
 
 
+def _has_images(model: BodyModel) -> bool:
+    """Return whether a shape has an image, or its mesh file cannot be read."""
+    for shape in _drawn(model):
+        geometry, material = shape.geometry, getattr(shape, "material", None)
+        if material is not None and material.texture is not None:
+            return True
+        if isinstance(geometry, Mesh):
+            mesh = geometry.data
+            if mesh is None and geometry.path is not None:
+                try:
+                    mesh = load_mesh(geometry.path)
+                except MeshError:
+                    return True
+            if mesh is None or mesh.texture is not None:
+                return True
+    return False
+
+
+def _drawn(model: BodyModel) -> list[Any]:
+    """Return the shapes that cameras see."""
+    visuals = [visual for link in model.links for visual in link.visuals]
+    return visuals or [shape for link in model.links for shape in link.collisions]
+
+
 def _may_have_images(model: BodyModel) -> bool:
-    shapes: list[Any] = [visual for link in model.links for visual in link.visuals]
-    shapes = shapes or [shape for link in model.links for shape in link.collisions]
-    for shape in shapes:
+    for shape in _drawn(model):
         material = getattr(shape, "material", None)
         if isinstance(shape.geometry, Mesh) or (material is not None and material.texture is not None):
             return True

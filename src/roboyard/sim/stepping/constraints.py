@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from struct import Struct
 from typing import Any, Literal
 
 import numpy as np
@@ -24,6 +26,7 @@ STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 LARGEST_FORCE = 1e10
 """Largest force of a constraint without a bound (N or N m), where rows are solved in turn."""
 _WELDED = ("weld", "slide")
+_PACK_POSITION, _PACK_QUATERNION = Struct("3d").pack_into, Struct("4d").pack_into
 _ROWS = {"weld": 6, "slide": 6, "point": 3, "gear": 1}
 """Number of rows of a constraint in MuJoCo's arrays."""
 CORRECTION = 0.2
@@ -58,6 +61,27 @@ class Constraint:
     """Share of the profile's error reduction, where rows are solved in turn; 0 holds velocities alone."""
 
 
+class _Moved:
+    """A frame that has moved, in MuJoCo's arrays and not yet in the spec: to write there takes longer."""
+
+    __slots__ = ("orientation", "position", "row", "site")
+
+    def __init__(self, site: Any) -> None:
+        self.site = site
+        self.row = -1
+        """Its row in MuJoCo's arrays; -1 before it was looked up."""
+        self.position: Any = None
+        self.orientation: Any = None
+        """Quaternion x, y, z, w."""
+
+    def write(self) -> None:
+        """Write the frame to the spec."""
+        if self.position is not None:
+            self.site.pos = self.position
+        if self.orientation is not None:
+            self.site.quat = to_wxyz(self.orientation)
+
+
 class Constraints:
     """The constraints of one world."""
 
@@ -67,6 +91,13 @@ class Constraints:
         self._next = 1
         self._new: list[Constraint] = []
         """Those that are not in the spec yet; one that is removed before costs no compile."""
+        self.before_entering: Callable[[], None] | None = None
+        """Called before new constraints enter the spec: adds those that other layers have not added yet."""
+        self._moved: dict[tuple[int, str], _Moved] = {}
+        """Sites that have moved since they were written to the spec, by constraint and side."""
+        self._positions: Any = None
+        self._quaternions: Any = None
+        """The memory of MuJoCo's positions and quaternions of sites."""
         self._edits = -1
         """Edits of the world so far, if they are the only ones since its compile; else -1."""
         self._bounds: np.ndarray | None = None
@@ -259,6 +290,11 @@ class Constraints:
 
     def enter_new(self) -> None:
         """Add new constraints to the spec, before it is compiled or read."""
+        if self.before_entering is not None:
+            self.before_entering()
+        for moved in self._moved.values():
+            moved.write()
+        self._moved.clear()
         for constraint in self._new:
             self._enter(constraint)
         self._new.clear()
@@ -330,20 +366,30 @@ class Constraints:
         site = constraint.site_a if side == "a" else constraint.site_b
         if site is None:
             raise RoboyardError(f"constraint {constraint.id} is a gear and has no frames")
-        quat = None if orientation is None else to_wxyz(normalized(orientation))
-        model = None if self._world.is_stale else self._world.live_model
-        row = site.id
-        if position is not None:
-            _check_finite("a position", position)
-            site.pos = place = position
-            if model is not None:
-                model.site_pos[row] = place
-        if quat is not None:
-            site.quat = quat
-            if model is not None:
-                model.site_quat[row] = quat
-        if model is not None:
-            model.site_sameframe[row] = 0
+        place: Any = None if position is None else _position("a position", position)
+        turn = None if orientation is None else normalized(orientation).tolist()
+        key = (constraint.id, side)
+        moved = self._moved.get(key)
+        if moved is None:
+            moved = self._moved[key] = _Moved(site)
+        is_live = not self._world.is_stale
+        if is_live and moved.row < 0:
+            self._locate(moved)
+        if place is not None:
+            x, y, z = moved.position = place
+            if is_live:
+                _PACK_POSITION(self._positions, 24 * moved.row, x, y, z)
+        if turn is not None:
+            i, j, k, w = moved.orientation = turn
+            if is_live:
+                _PACK_QUATERNION(self._quaternions, 32 * moved.row, w, i, j, k)
+
+    def _locate(self, moved: _Moved) -> None:
+        """Look up the row of a site that moves, and the arrays of sites."""
+        model = self._world.live_model
+        moved.row = moved.site.id
+        self._positions, self._quaternions = model.site_pos.data, model.site_quat.data
+        model.site_sameframe[moved.row] = 0
 
     @staticmethod
     def _set_new_frame(
@@ -402,7 +448,7 @@ class Constraints:
         if constraint in self._new:
             self._drop_new(constraint)
             return
-        spec = self._world.spec
+        spec = self._world.spec  # moved sites are written
         spec.delete(constraint.element)
         if constraint.tendon is not None:
             spec.delete(constraint.tendon)
@@ -431,6 +477,8 @@ class Constraints:
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
+        for moved in self._moved.values():
+            moved.row = -1
         self._bounds = None
         self._tuned_timestep = 0.0
 

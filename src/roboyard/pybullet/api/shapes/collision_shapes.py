@@ -241,9 +241,11 @@ def _mesh(
         from roboyard.pybullet.api.shapes.memory_meshes import mesh_of
 
         return Mesh(uri="", path=None, scale=scale, data=mesh_of(vertices, indices))
-    path = find_file(client.search_path, text(file_name), client.mounts) if file_name else None
+    path = find_file(client.search.folder, text(file_name), client.mounts) if file_name else None
     if path is None:
-        remedy = not_found_remedy(client.search_path, file_name) if file_name else "give fileName or vertices"
+        remedy = (
+            not_found_remedy(client.search.folder, file_name) if file_name else "give fileName or vertices"
+        )
         raise failure(message, remedy)
     return Mesh(uri=file_name, path=path, scale=scale)
 

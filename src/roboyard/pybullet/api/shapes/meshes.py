@@ -145,9 +145,9 @@ def vhacd(
     from roboyard.shapes import load_mesh
     from roboyard.shapes.convex.decomposition import decompose
 
-    path = find_file(client.search_path, text(fileNameIn), client.mounts)
+    path = find_file(client.search.folder, text(fileNameIn), client.mounts)
     if path is None:
-        raise failure("vhacd failed.", not_found_remedy(client.search_path, fileNameIn))
+        raise failure("vhacd failed.", not_found_remedy(client.search.folder, fileNameIn))
     for setting in (concavity, alpha, beta, gamma, minVolumePerCH):
         number(setting)
     parts = 2 ** min(whole(depth), 8) if whole(depth) > 0 else _DEFAULT_HULLS

@@ -99,9 +99,9 @@ def _turned(grid: Array) -> Array:
 
 def _read(client: Client, name: str) -> Array:
     """Return (ny, nx) heights from a file: a table for .txt, else the red channel of an image (0 to 1)."""
-    path = find_file(client.search_path, name, client.mounts)
+    path = find_file(client.search.folder, name, client.mounts)
     if path is None:
-        raise failure(FAILED, not_found_remedy(client.search_path, name))
+        raise failure(FAILED, not_found_remedy(client.search.folder, name))
     points = _table(path) if path.suffix.lower() == ".txt" else _image(path)
     if min(points.shape) < 2 or points.size > _MAX_POINTS or not np.isfinite(points).all():
         raise failure(FAILED, f"{name}: expected at least 2 by 2 finite heights, got {points.shape}")

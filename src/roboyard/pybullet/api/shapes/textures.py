@@ -25,11 +25,11 @@ def loadTexture(client: Client, textureFilename: str) -> int:
     """
     from roboyard.sim.appearance.shape_appearance import load_texture
 
-    path = find_file(client.search_path, text(textureFilename), client.mounts)
+    path = find_file(client.search.folder, text(textureFilename), client.mounts)
     image = None if path is None else load_texture(path)
     if image is None:
         remedy = (
-            not_found_remedy(client.search_path, textureFilename)
+            not_found_remedy(client.search.folder, textureFilename)
             if path is None
             else f"{path.name} is not an image"
         )

@@ -356,7 +356,7 @@ def _visual(
     if (
         kind == c.GEOM_MESH
         and vertices is None
-        and find_file(client.search_path, text(file_name), client.mounts) is None
+        and find_file(client.search.folder, text(file_name), client.mounts) is None
     ):
         return None
     geometry = plain_geometry(
