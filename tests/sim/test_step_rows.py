@@ -98,7 +98,8 @@ def test_addresses_outside_the_block_are_refused() -> None:
 def _states(steps: int, *, keeps_points: bool) -> np.ndarray:
     """Return the states of a world with motors, contacts and bodies that come and go.
 
-    On a floor that is a box, a cylinder keeps points of earlier steps besides the one that MuJoCo finds.
+    On a floor that is a box, a cylinder keeps points of earlier steps besides the one that MuJoCo finds;
+    spheres on a plane keep none.
     """
     world = World(profile=BULLET)
     if keeps_points:
@@ -114,8 +115,12 @@ def _states(steps: int, *, keeps_points: bool) -> np.ndarray:
     states, alone, kept = [], 0, 0
     for step in range(steps):
         if step == steps // 3:
-            world.add_box((0.3, 0.3, 0.3), position=(-0.9, 0.0, 0.14), mass=1.0)
-            world.add_cylinder(0.1, 0.3, position=(0.6, 0.0, 0.14), mass=0.5)
+            if keeps_points:
+                world.add_box((0.3, 0.3, 0.3), position=(-0.9, 0.0, 0.14), mass=1.0)
+                world.add_cylinder(0.1, 0.3, position=(0.6, 0.0, 0.14), mass=0.5)
+            else:
+                world.add_sphere(0.15, position=(-0.9, 0.0, 0.14), mass=1.0)
+                world.add_sphere(0.1, position=(0.6, 0.0, 0.09), mass=0.5)
         if step == 2 * steps // 3:
             world.remove(world.bodies[-1])
         world.step()

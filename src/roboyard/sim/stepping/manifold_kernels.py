@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.native import compiled
+from roboyard.sim.stepping.face_corners import ORDER, in_world, order_corners
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
 PLANE, FIELD, SPHERE, CYLINDER, BOX = 0, 1, 2, 5, 6
@@ -15,6 +16,8 @@ ALMOST = 1.0 - 1e-9
 """Share of its bound at which friction counts as at it."""
 UNMOVED = 1e-14
 """Square of the shift (m) below which a contact stays."""
+NEAR = 1e-10
+"""The same for two boxes, whose contacts come and go while they rest."""
 AWAY = 1.0
 """Distance (m) of contacts that do not count."""
 APART = 1e-12
@@ -28,11 +31,12 @@ TAKEN = 2.0
 @compiled(
     CONTACTS,
     "i8 u1[:,::1] i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[::1] u1[::1] f8 i8 i8[::1] i4[::1]",
-    "f8[:,:,::1] i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i8[::1] -> i8",
+    "f8[:,:,::1] i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i8[::1] f8[:,:,::1] -> i8",
 )
 def keep_points(  # pragma: no cover
     contacts, contact_count, kept_kinds, geom_type, geom_body, xpos, xmat, margins, reaches, anchors, seen,
     before, keys, counts, points, new_keys, new_counts, new_points, fresh, source, extra, slots, ends,
+    boxes,
 ):  # fmt: skip
     """Add this step's contacts to the points of their pairs; return the number of points besides them.
 
@@ -46,10 +50,10 @@ def keep_points(  # pragma: no cover
     `hard_contacts`. anchors: (ngeom,) 1 for surfaces with anchors. seen: gap (m) up to which MuJoCo finds
     contacts. before: number of pairs in the step before, with keys: (n,), counts: (n,) and points:
     (n, 4, 16), the places in the frames of the two bodies, the contact frame and 1 where it did not slide.
-    new_...: those of this step, written. fresh: (15,) work array. source: (4 ncon,) contact of which each
+    new_...: those of this step, written. fresh: (56,) work array. source: (4 ncon,) contact of which each
     extra point is a copy, extra: (4 ncon, 13) its position, frame and distance, written. slots: (5 ncon,)
     place of each contact's point in the table as 4 n + m, -1 for none, written. ends: (4,), number of pairs
-    and, as the last, of contacts moved, written.
+    and, as the last, of contacts moved, written. boxes: as of `drop_gaps`.
     """
     geom, position, frame, dist = contacts.geom, contacts.position, contacts.frame, contacts.dist
     pairs = 0
@@ -87,7 +91,11 @@ def keep_points(  # pragma: no cover
         only = -1  # of the points on a plane, Bullet finds the deepest in each step
         if geom_type[a] == PLANE or geom_type[b] == PLANE:
             only = deepest(contacts, first, i, geom_type, geom_body, xpos, xmat)
-        for j in range(first, i):
+        in_turn = are_boxes and boxes.shape[0] > 0 and i - first > 1
+        if in_turn:
+            order_corners(contacts, first, i, boxes, geom_body, xpos, xmat, fresh)
+        for m in range(first, i):
+            j = first + int(fresh[ORDER + m - first]) if in_turn else m
             if dist[j] - thickness > reach:
                 continue
             for k in range(3):
@@ -110,6 +118,20 @@ def keep_points(  # pragma: no cover
                     place = least_useful(new_points, pairs, fresh, dist[j], xpos, xmat, one, two)
                     if place < 0:
                         continue
+            elif 0 <= only != j or (are_boxes and dist[j] > thickness):
+                gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two)
+                if gap - thickness > reach or slid > reach * reach:
+                    dist[j] = AWAY
+                    continue
+                away = (position[j, 0] - x) ** 2 + (position[j, 1] - y) ** 2 + (position[j, 2] - z) ** 2
+                if away > (NEAR if are_boxes else UNMOVED):
+                    position[j, 0], position[j, 1], position[j, 2] = x, y, z
+                    dist[j] = gap
+                    for k in range(9):
+                        frame[j, k] = new_points[pairs, place, 6 + k]
+                    held += 1
+                for k in range(15):
+                    fresh[k] = new_points[pairs, place, k]
             elif is_anchored and new_points[pairs, place, 15] > 0.0:
                 gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two)
                 if gap - thickness <= reach and slid <= reach * reach:
@@ -265,16 +287,6 @@ def round_edges(  # pragma: no cover
             position[i, 1] = py + dy + 0.5 * dist[i] * ny
             position[i, 2] = pz + dz + 0.5 * dist[i] * nz
     return moved
-
-
-def in_world(boxes, geom, axis, xmat, body):
-    """Return a vector of a geom's box turned to the world."""
-    x, y, z = boxes[geom, axis, 0], boxes[geom, axis, 1], boxes[geom, axis, 2]
-    return (
-        xmat[body, 0] * x + xmat[body, 1] * y + xmat[body, 2] * z,
-        xmat[body, 3] * x + xmat[body, 4] * y + xmat[body, 5] * z,
-        xmat[body, 6] * x + xmat[body, 7] * y + xmat[body, 8] * z,
-    )
 
 
 @compiled(CONTACTS, "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[:,:,::1] u1[::1] i8")

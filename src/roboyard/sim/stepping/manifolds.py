@@ -168,6 +168,7 @@ class Manifolds:
         margins: Array,
         reaches: Array,
         anchors: np.ndarray,
+        boxes: Array,
     ) -> bool:
         """Keep the points of the contacts found and add those of earlier steps, after mj_collision.
 
@@ -178,6 +179,7 @@ class Manifolds:
             margins: (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes.
             reaches: (ngeom,) gaps (m) from which on the geom's contacts do not push.
             anchors: (ngeom,) 1 for surfaces with anchors.
+            boxes: (ngeom, 4, 3) boxes around the shapes, of none where gaps do not matter.
 
         Returns:
             Whether contacts were added or moved to anchors, so that constraints have to be made again.
@@ -194,7 +196,7 @@ class Manifolds:
             *(found.contacts, count, points.kinds, *bound.geoms, *bound.frames, margins, reaches),
             *(anchors, bound.seen),
             *(int(points.notes[PAIRS]), *before, *after, points.fresh, points.source, points.extra),
-            *(points.slots, points.notes),
+            *(points.slots, points.notes, boxes),
         )
         points.notes[TABLE], points.notes[EXTRA] = 1 - now, extra
         held = bool(points.notes[HELD])
@@ -236,7 +238,7 @@ class Manifolds:
             (points.pairs, grown.pairs),
         ):
             new[:, : old.shape[1]] = old
-        grown.ranked[:meeting] = points.ranked
+        grown.ranked[:meeting], grown.slots[: len(points.slots)] = points.ranked, points.slots
         grown.tight[:], grown.wide[:], grown.seats[:] = points.tight, points.wide, points.seats
         grown.notes[:] = points.notes
         grown.notes[[FULL, RENUMBERED, SORTED]] = 0, 1, 0
@@ -325,7 +327,7 @@ def _points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int
         keys=np.zeros((2, pairs), np.int64),
         counts=np.zeros((2, pairs), np.int32),
         points=np.zeros((2, pairs, 4, 16)),
-        fresh=np.zeros(15),
+        fresh=np.zeros(56),
         source=np.zeros(4 * pairs, np.int32),
         extra=np.zeros((4 * pairs, 13)),
         slots=np.full(5 * pairs, -1, np.int32),

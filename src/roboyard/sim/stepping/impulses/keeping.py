@@ -50,7 +50,7 @@ def keep(rows, contacts, search, mechanism, state, points, surface, rules):  # p
             state.xmat, surface.margins, surface.reaches, surface.anchors, rules[SEEN],
             points.notes[PAIRS], points.keys[now], points.counts[now], points.points[now],
             points.keys[following], points.counts[following], points.points[following], points.fresh,
-            points.source, points.extra, points.slots, points.notes,
+            points.source, points.extra, points.slots, points.notes, surface.boxes,
         )  # fmt: skip
         points.notes[TABLE] = following
         if points.notes[HELD] > 0:

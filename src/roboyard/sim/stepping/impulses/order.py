@@ -50,6 +50,8 @@ def execute(  # pragma: no cover
     rules = solver.rules
     if count > solver.order.shape[0] or count > surface.base.shape[0]:
         return ROOM
+    if contact_count > points.sequence.shape[0]:
+        return ROOM
     if first <= KEEP:
         answer = keep(rows, contacts, search, mechanism, state, points, surface, rules)
         if answer != DONE or last <= KEEP:

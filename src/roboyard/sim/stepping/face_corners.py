@@ -1,0 +1,134 @@
+"""The order in which Bullet finds the points of two boxes that touch with a face.
+
+One box's face is cut to the other's, edge by edge; the points come in the order of the polygon that is left.
+See R. Smith's box-box test in ODE, which Bullet took over.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+ORDER, QUAD, CUT, MOST_CORNERS = 16, 24, 40, 8
+"""Places in the work array: of the order, of the polygon's corners and of those of the polygon cut next."""
+FAR = 1e9
+
+
+def order_corners(contacts, first, end, boxes, geom_body, xpos, xmat, work):  # pragma: no cover
+    """Write the contacts first ... end in Bullet's order, counted from the first, into work[ORDER ...].
+
+    boxes: (ngeom, 4, 3) middles of the shapes and their half axes in the frames of the bodies (m).
+    """
+    side, axis = deepest_face(contacts.geom[first, 0], contacts.geom[first, 1], boxes, geom_body, xpos, xmat)
+    one, two = contacts.geom[first, side], contacts.geom[first, 1 - side]
+    body, other_body = geom_body[one], geom_body[two]
+    nx, ny, nz = in_world(boxes, one, axis, xmat, body)
+    ax, ay, az = in_world(boxes, one, 0, xmat, body)
+    ax, ay, az = ax + xpos[body, 0], ay + xpos[body, 1], az + xpos[body, 2]
+    cx, cy, cz = in_world(boxes, two, 0, xmat, other_body)
+    cx, cy, cz = cx + xpos[other_body, 0] - ax, cy + xpos[other_body, 1] - ay, cz + xpos[other_body, 2] - az
+    if nx * cx + ny * cy + nz * cz < 0.0:
+        nx, ny, nz = -nx, -ny, -nz
+    flat, most = 1, -1.0
+    for k in range(1, 4):
+        x, y, z = in_world(boxes, two, k, xmat, other_body)
+        along = abs(x * nx + y * ny + z * nz) / np.sqrt(x * x + y * y + z * z)
+        if along > most or (k == 3 and along == most):
+            flat, most = k, along
+    x, y, z = in_world(boxes, two, flat, xmat, other_body)
+    sign = -1.0 if x * nx + y * ny + z * nz < 0.0 else 1.0
+    cx, cy, cz = cx - sign * x, cy - sign * y, cz - sign * z
+    ux, uy, uz = in_world(boxes, one, 2 if axis == 1 else 1, xmat, body)
+    vx, vy, vz = in_world(boxes, one, 2 if axis == 3 else 3, xmat, body)
+    wide, high = np.sqrt(ux * ux + uy * uy + uz * uz), np.sqrt(vx * vx + vy * vy + vz * vz)
+    ux, uy, uz, vx, vy, vz = ux / wide, uy / wide, uz / wide, vx / high, vy / high, vz / high
+    px, py, pz = in_world(boxes, two, 2 if flat == 1 else 1, xmat, other_body)
+    qx, qy, qz = in_world(boxes, two, 2 if flat == 3 else 3, xmat, other_body)
+    for k in range(4):
+        p = -1.0 if k < 2 else 1.0
+        q = 1.0 if k == 1 or k == 2 else -1.0
+        x, y, z = cx + p * px + q * qx, cy + p * py + q * qy, cz + p * pz + q * qz
+        work[QUAD + 2 * k] = ux * x + uy * y + uz * z
+        work[QUAD + 2 * k + 1] = vx * x + vy * y + vz * z
+    count = 4
+    for edge in range(4):
+        count = cut_polygon(
+            work, count, edge // 2, -1.0 if edge % 2 == 0 else 1.0, wide if edge < 2 else high
+        )
+    number = min(end - first, MOST_CORNERS)
+    listed = taken = 0
+    for corner in range(count):
+        best, least = -1, FAR
+        for n in range(number):
+            if taken & (1 << n) == 0:
+                x = contacts.position[first + n, 0] - ax
+                y = contacts.position[first + n, 1] - ay
+                z = contacts.position[first + n, 2] - az
+                apart = (ux * x + uy * y + uz * z - work[QUAD + 2 * corner]) ** 2
+                apart += (vx * x + vy * y + vz * z - work[QUAD + 2 * corner + 1]) ** 2
+                if apart < least:
+                    best, least = n, apart
+        if best >= 0 and least < 1e-6 * (wide * wide + high * high):
+            work[ORDER + listed] = best
+            taken |= 1 << best
+            listed += 1
+    for n in range(number):
+        if taken & (1 << n) == 0:
+            work[ORDER + listed] = n
+            listed += 1
+
+
+def deepest_face(one, two, boxes, geom_body, xpos, xmat):  # pragma: no cover
+    """Return which of two boxes has the face of the least depth, and its axis; of equals the first."""
+    side, best, face = 0, 1, -FAR
+    for k in range(2):
+        geom, other = (one, two) if k == 0 else (two, one)
+        body, other_body = geom_body[geom], geom_body[other]
+        ax, ay, az = in_world(boxes, geom, 0, xmat, body)
+        bx, by, bz = in_world(boxes, other, 0, xmat, other_body)
+        px = xpos[other_body, 0] + bx - xpos[body, 0] - ax
+        py = xpos[other_body, 1] + by - xpos[body, 1] - ay
+        pz = xpos[other_body, 2] + bz - xpos[body, 2] - az
+        for axis in range(1, 4):
+            x, y, z = in_world(boxes, geom, axis, xmat, body)
+            half = np.sqrt(x * x + y * y + z * z)
+            x, y, z = x / half, y / half, z / half
+            reach = half
+            for edge in range(1, 4):
+                u, v, w = in_world(boxes, other, edge, xmat, other_body)
+                reach += abs(x * u + y * v + z * w)
+            gap = abs(x * px + y * py + z * pz) - reach
+            if gap > face:
+                side, best, face = k, axis, gap
+    return side, best
+
+
+def cut_polygon(work, count, across, sign, bound):  # pragma: no cover
+    """Cut a polygon where a coordinate (0 or 1) times a sign is below a bound; return its number of corners."""
+    left = 0
+    for n in range(count):
+        here, there = QUAD + 2 * n, QUAD + 2 * ((n + 1) % count)
+        a, b = work[here + across], work[there + across]
+        if sign * a < bound and left < MOST_CORNERS:
+            work[CUT + 2 * left], work[CUT + 2 * left + 1] = work[here], work[here + 1]
+            left += 1
+        if (sign * a < bound) != (sign * b < bound) and left < MOST_CORNERS:
+            share = (sign * bound - a) / (b - a)
+            along = 1 - across
+            work[CUT + 2 * left + along] = work[here + along] + share * (
+                work[there + along] - work[here + along]
+            )
+            work[CUT + 2 * left + across] = sign * bound
+            left += 1
+    for k in range(2 * left):
+        work[QUAD + k] = work[CUT + k]
+    return left
+
+
+def in_world(boxes, geom, axis, xmat, body):
+    """Return a vector of a geom's box turned to the world."""
+    x, y, z = boxes[geom, axis, 0], boxes[geom, axis, 1], boxes[geom, axis, 2]
+    return (
+        xmat[body, 0] * x + xmat[body, 1] * y + xmat[body, 2] * z,
+        xmat[body, 3] * x + xmat[body, 4] * y + xmat[body, 5] * z,
+        xmat[body, 6] * x + xmat[body, 7] * y + xmat[body, 8] * z,
+    )
