@@ -128,6 +128,7 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
         found = kernels.keep_points(
             *(given, count, kinds, types, bodies, places, np.array(turns).reshape(4, 9), margins, reaches),
             *(anchors, 1.0, before, *tables[0], *tables[1], fresh, source, extra, slots, ends),
+            np.zeros((0, 4, 3)),
         )
         tables.reverse()
         before = int(ends[0])

@@ -103,7 +103,7 @@ def _places(scene: PhysicsScene) -> dict[int, int]:
 def _arrays_of(contacts: KeptPoints, places: dict[int, int]) -> dict[str, np.ndarray]:
     """Return the points that pairs keep as arrays of a file, with places of bodies instead of numbers."""
     most = max((*places, 0)) + 1
-    place_of = np.full(most + 1, -1)  # the last one stands for bodies that are not the scene's
+    place_of = np.full(most + 1, -1)  # the last is that of bodies that are not the scene's
     place_of[list(places)] = list(places.values())
     met = contacts.met
     owners, pairs, shapes = contacts.owners.copy(), met.owners.copy(), met.shapes.copy()

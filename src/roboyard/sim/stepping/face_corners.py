@@ -103,7 +103,7 @@ def deepest_face(one, two, boxes, geom_body, xpos, xmat):  # pragma: no cover
 
 
 def cut_polygon(work, count, across, sign, bound):  # pragma: no cover
-    """Cut a polygon where a coordinate (0 or 1) times a sign is below a bound; return its number of corners."""
+    """Leave of a polygon where a coordinate (0 or 1) times a sign is below a bound; return its corners."""
     left = 0
     for n in range(count):
         here, there = QUAD + 2 * n, QUAD + 2 * ((n + 1) % count)

@@ -16,13 +16,11 @@ ALMOST = 1.0 - 1e-9
 """Share of its bound at which friction counts as at it."""
 UNMOVED = 1e-14
 """Square of the shift (m) below which a contact stays."""
-NEAR = 1e-10
-"""The same for two boxes, whose contacts come and go while they rest."""
 AWAY = 1.0
 """Distance (m) of contacts that do not count."""
 APART = 1e-12
 """Depth (m) up to which two spheres are apart, as those that a file lets touch are but for rounding."""
-LEVEL = 1e-7
+LEVEL = 1e-13
 """Slope up to which points of a body are as deep as each other."""
 TAKEN = 2.0
 """Mark of a point that a contact of this step has."""
@@ -91,7 +89,7 @@ def keep_points(  # pragma: no cover
         only = -1  # of the points on a plane, Bullet finds the deepest in each step
         if geom_type[a] == PLANE or geom_type[b] == PLANE:
             only = deepest(contacts, first, i, geom_type, geom_body, xpos, xmat)
-        in_turn = are_boxes and boxes.shape[0] > 0 and i - first > 1
+        in_turn = are_boxes and not is_anchored and boxes.shape[0] > 0 and i - first > 1
         if in_turn:
             order_corners(contacts, first, i, boxes, geom_body, xpos, xmat, fresh)
         for m in range(first, i):
@@ -118,17 +116,23 @@ def keep_points(  # pragma: no cover
                     place = least_useful(new_points, pairs, fresh, dist[j], xpos, xmat, one, two)
                     if place < 0:
                         continue
-            elif 0 <= only != j or (are_boxes and dist[j] > thickness):
-                gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two)
+            elif 0 <= only != j:
+                gap, slid = located(new_points, pairs, place, xpos, xmat, one, two)[:2]
                 if gap - thickness > reach or slid > reach * reach:
                     dist[j] = AWAY
                     continue
-                away = (position[j, 0] - x) ** 2 + (position[j, 1] - y) ** 2 + (position[j, 2] - z) ** 2
-                if away > (NEAR if are_boxes else UNMOVED):
-                    position[j, 0], position[j, 1], position[j, 2] = x, y, z
+                side, body = (3, two) if geom_type[a] == PLANE else (0, one)
+                away = 0.0
+                for d in range(3):  # the point of the body, across half the gap
+                    x = xpos[body, d] + (0.5 if side == 0 else -0.5) * gap * frame[j, d]
+                    for k in range(3):
+                        x += xmat[body, 3 * d + k] * new_points[pairs, place, side + k]
+                    away += (position[j, d] - x) ** 2
+                    fresh[d] = x
+                if away > UNMOVED:
+                    for d in range(3):
+                        position[j, d] = fresh[d]
                     dist[j] = gap
-                    for k in range(9):
-                        frame[j, k] = new_points[pairs, place, 6 + k]
                     held += 1
                 for k in range(15):
                     fresh[k] = new_points[pairs, place, k]
@@ -160,7 +164,7 @@ def keep_points(  # pragma: no cover
                     if slots[j] == n:
                         slots[j] = m
                 continue
-            if are_boxes:  # MuJoCo finds the point again before it can push
+            if are_boxes and not is_anchored:  # MuJoCo finds the point again before it can push
                 new_points[pairs, m, 15] = 0.0
                 m += 1
                 continue

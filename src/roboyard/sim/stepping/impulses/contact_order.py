@@ -108,7 +108,7 @@ def unite(groups, places, a, b):
 
 
 def root_of(groups, place):
-    """Return the place that stands for the group of a tree's place."""
+    """Return the place that all places of a group lead to."""
     while groups[place] != place:
         groups[place] = groups[groups[place]]
         place = groups[place]
