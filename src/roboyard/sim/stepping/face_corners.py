@@ -8,14 +8,18 @@ from __future__ import annotations
 
 import numpy as np
 
-ORDER, QUAD, CUT, MOST_CORNERS = 16, 24, 40, 8
-"""Places in the work array: of the order, of the polygon's corners and of those of the polygon cut next."""
+ORDER, QUAD, CUT, ANGLE, SCRATCH = 16, 24, 40, 56, 64
+"""Places in the work array: of the order, of the polygon's corners, of those of the polygon cut next and of
+angles; its length."""
+MOST_CORNERS, LEFT = 8, 4
+"""Corners of a polygon, and most points of a pair."""
 FAR = 1e9
 
 
-def order_corners(contacts, first, end, boxes, geom_body, xpos, xmat, work):  # pragma: no cover
+def order_corners(contacts, first, end, boxes, geom_body, xpos, xmat, thickness, work):  # pragma: no cover
     """Write the contacts first ... end in Bullet's order, counted from the first, into work[ORDER ...].
 
+    Returns how many of them Bullet takes. Contacts further apart than `thickness` (m) come after its points.
     boxes: (ngeom, 4, 3) middles of the shapes and their half axes in the frames of the bodies (m).
     """
     side, axis = deepest_face(contacts.geom[first, 0], contacts.geom[first, 1], boxes, geom_body, xpos, xmat)
@@ -68,13 +72,63 @@ def order_corners(contacts, first, end, boxes, geom_body, xpos, xmat, work):  # 
                 if apart < least:
                     best, least = n, apart
         if best >= 0 and least < 1e-6 * (wide * wide + high * high):
-            work[ORDER + listed] = best
             taken |= 1 << best
-            listed += 1
+            work[ORDER + listed], work[CUT + listed] = best, corner
+            if contacts.dist[first + best] <= thickness:
+                listed += 1
+    if listed > LEFT:
+        cull_corners(contacts, first, listed, work)
+        return LEFT
     for n in range(number):
-        if taken & (1 << n) == 0:
+        fresh = True
+        for k in range(listed):
+            fresh &= work[ORDER + k] != n
+        if fresh:
             work[ORDER + listed] = n
             listed += 1
+    return listed
+
+
+def cull_corners(contacts, first, count, work):  # pragma: no cover
+    """Leave the deepest of the corners listed, and those nearest to the quarters of a turn from it."""
+    area = x = y = 0.0
+    for n in range(count):
+        here, there = QUAD + 2 * int(work[CUT + n]), QUAD + 2 * int(work[CUT + (n + 1) % count])
+        twice = work[here] * work[there + 1] - work[there] * work[here + 1]
+        area += twice
+        x += twice * (work[here] + work[there])
+        y += twice * (work[here + 1] + work[there + 1])
+    share = 1.0 / (3.0 * area) if abs(area) > 2.3e-16 else 1e18
+    x, y = share * x, share * y
+    deepest = 0
+    for n in range(count):
+        place = QUAD + 2 * int(work[CUT + n])
+        work[ANGLE + n] = np.arctan2(work[place + 1] - y, work[place] - x)
+        if contacts.dist[first + int(work[ORDER + n])] < contacts.dist[first + int(work[ORDER + deepest])]:
+            deepest = n
+    taken = 1 << deepest
+    chosen = deepest
+    for quarter in range(1, LEFT):
+        wanted = work[ANGLE + deepest] + 0.5 * np.pi * quarter
+        if wanted > np.pi:
+            wanted -= 2.0 * np.pi
+        best, least = deepest, FAR
+        for n in range(count):
+            apart = abs(work[ANGLE + n] - wanted)
+            apart = 2.0 * np.pi - apart if apart > np.pi else apart
+            if taken & (1 << n) == 0 and apart < least:
+                best, least = n, apart
+        taken |= 1 << best
+        chosen |= best << (4 * quarter)
+    for n in range(count):
+        work[CUT + n] = work[ORDER + n]
+    for quarter in range(LEFT):
+        work[ORDER + quarter] = work[CUT + ((chosen >> (4 * quarter)) & 15)]
+    left = LEFT
+    for n in range(count):
+        if taken & (1 << n) == 0:
+            work[ORDER + left] = work[CUT + n]
+            left += 1
 
 
 def deepest_face(one, two, boxes, geom_body, xpos, xmat):  # pragma: no cover

@@ -48,7 +48,7 @@ def keep_points(  # pragma: no cover
     `hard_contacts`. anchors: (ngeom,) 1 for surfaces with anchors. seen: gap (m) up to which MuJoCo finds
     contacts. before: number of pairs in the step before, with keys: (n,), counts: (n,) and points:
     (n, 4, 16), the places in the frames of the two bodies, the contact frame and 1 where it did not slide.
-    new_...: those of this step, written. fresh: (56,) work array. source: (4 ncon,) contact of which each
+    new_...: those of this step, written. fresh: (64,) work array. source: (4 ncon,) contact of which each
     extra point is a copy, extra: (4 ncon, 13) its position, frame and distance, written. slots: (5 ncon,)
     place of each contact's point in the table as 4 n + m, -1 for none, written. ends: (4,), number of pairs
     and, as the last, of contacts moved, written. boxes: as of `drop_gaps`.
@@ -90,9 +90,12 @@ def keep_points(  # pragma: no cover
         if geom_type[a] == PLANE or geom_type[b] == PLANE:
             only = deepest(contacts, first, i, geom_type, geom_body, xpos, xmat)
         in_turn = are_boxes and not is_anchored and boxes.shape[0] > 0 and i - first > 1
+        listed = i - first
         if in_turn:
-            order_corners(contacts, first, i, boxes, geom_body, xpos, xmat, fresh)
-        for m in range(first, i):
+            listed = order_corners(contacts, first, i, boxes, geom_body, xpos, xmat, thickness, fresh)
+            if listed < i - first:
+                leave_listed(dist, first, i, listed, fresh)
+        for m in range(first, first + listed):
             j = first + int(fresh[ORDER + m - first]) if in_turn else m
             if dist[j] - thickness > reach:
                 continue
@@ -134,6 +137,13 @@ def keep_points(  # pragma: no cover
                         position[j, d] = fresh[d]
                     dist[j] = gap
                     held += 1
+                for k in range(15):
+                    fresh[k] = new_points[pairs, place, k]
+            elif are_boxes and dist[j] > thickness and not is_anchored:  # only refreshed where they overlap
+                gap, slid = located(new_points, pairs, place, xpos, xmat, one, two)[:2]
+                if gap - thickness > reach or slid > reach * reach:
+                    dist[j] = AWAY
+                    continue
                 for k in range(15):
                     fresh[k] = new_points[pairs, place, k]
             elif is_anchored and new_points[pairs, place, 15] > 0.0:
@@ -332,6 +342,16 @@ def drop_gaps(  # pragma: no cover
                     reach += abs(first) + abs(second)
                 if abs(apart) > reach:
                     contacts.dist[i] = AWAY
+
+
+def leave_listed(dist, first, end, listed, work):
+    """Move the contacts first ... end away that are not among the first of the order."""
+    for j in range(first, end):
+        left = False
+        for k in range(listed):
+            left |= work[ORDER + k] == j - first
+        if not left:
+            dist[j] = AWAY
 
 
 def deepest(contacts, first, end, geom_type, geom_body, xpos, xmat):

@@ -327,7 +327,7 @@ def _points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int
         keys=np.zeros((2, pairs), np.int64),
         counts=np.zeros((2, pairs), np.int32),
         points=np.zeros((2, pairs, 4, 16)),
-        fresh=np.zeros(56),
+        fresh=np.zeros(64),
         source=np.zeros(4 * pairs, np.int32),
         extra=np.zeros((4 * pairs, 13)),
         slots=np.full(5 * pairs, -1, np.int32),
