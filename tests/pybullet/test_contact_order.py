@@ -1,0 +1,84 @@
+"""Contacts in the order in which PyBullet solves them; its numbers are of 3.2.7."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from roboyard import pybullet as p
+
+
+def _column(count: int, top: float, ground: int, step: float = 0.2) -> list[int]:
+    """Return cubes 0.2 m wide on each other, of 1 kg, the last one of `top` kg."""
+    p.setGravity(0, 0, -9.81)
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3)
+    return [
+        p.createMultiBody(top if k == count - 1 else 1, shape, basePosition=[0, 0, 0.1 + step * k])
+        for k in range(count)
+    ]
+
+
+def _block() -> int:
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[5, 5, 0.1])
+    return p.createMultiBody(0, shape, basePosition=[0, 0, -0.1])
+
+
+def test_a_heavy_cube_on_a_column_sinks_as_in_pybullet(client: int) -> None:
+    """In another order the lowest cube is pressed in by ten times as much, and the column falls."""
+    cubes = _column(5, 100.0, _block())
+    wanted = {
+        0: (-0.00239, -0.04088, -0.04088, -0.04088, -0.04088),
+        1: (0.0, 0.00285, 0.00044, -0.08174, -0.08174),
+    }
+    for step in range(600):
+        p.stepSimulation()
+        if step in wanted:
+            speeds = [p.getBaseVelocity(cube)[0][2] for cube in cubes]
+            np.testing.assert_allclose(speeds, wanted[step], atol=1.1e-5)
+    heights = [p.getBasePositionAndOrientation(cube)[0][2] for cube in cubes]
+    np.testing.assert_allclose(heights, [0.09965, 0.29163, 0.49124, 0.68362, 0.88308], atol=0.03)
+
+
+def test_a_cube_on_a_plane_has_its_corners_one_by_one(client: int) -> None:
+    p.setGravity(0, 0, -10)
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05] * 3)
+    cube = p.createMultiBody(1, shape, basePosition=[0, 0, 0.05])
+    wanted = [
+        (0.0498735, [(0.05, 0.0, 2.7153)]),
+        (0.0498831, [(-0.0499501, -0.0002428, 10.5249), (0.0500498, -0.00001, 7.3108)]),
+        (0.0498920, [(-0.04995, -0.0002234, 4.9679), (0.0500499, -0.0000102, 4.9905)]),
+    ]
+    for height, points in wanted:
+        p.stepSimulation()
+        assert p.getBasePositionAndOrientation(cube)[0][2] == pytest.approx(height, abs=1e-7)
+        found = sorted((point[5][0], point[8], point[9]) for point in p.getContactPoints())
+        np.testing.assert_allclose(found, points, rtol=5e-4, atol=1e-7)
+
+
+def test_a_sliding_box_is_carried_by_one_corner_at_a_time(client: int) -> None:
+    p.setGravity(0, 0, -9.81)
+    plane = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.2, 0.2, 0.05])
+    box = p.createMultiBody(40, shape, basePosition=[0, 0, 0.05])
+    for body, friction in ((plane, 1.0), (box, 0.5)):
+        p.changeDynamics(body, -1, lateralFriction=friction, linearDamping=0, angularDamping=0)
+    for _ in range(120):
+        p.stepSimulation()
+    p.resetBaseVelocity(box, [2, 0, 0])
+    wanted = {1: (0.049854, 1.975325), 11: (0.046622, 1.786650), 23: (0.044711, 1.510975)}
+    for step in range(24):
+        p.stepSimulation()
+        if step in wanted:
+            height = p.getBasePositionAndOrientation(box)[0][2]
+            speed = np.linalg.norm(p.getBaseVelocity(box)[0])
+            np.testing.assert_allclose((height, speed), wanted[step], atol=2e-6)
+
+
+def test_columns_follow_pybullet_for_twenty_steps(client: int) -> None:
+    """Four cubes with gaps of half a millimetre."""
+    cubes = _column(4, 20.0, _block(), step=0.2005)
+    for _ in range(21):
+        p.stepSimulation()
+    heights = [p.getBasePositionAndOrientation(cube)[0][2] for cube in cubes]
+    np.testing.assert_allclose(heights, [0.099412, 0.299212, 0.498094, 0.697991], atol=2e-5)
