@@ -109,9 +109,9 @@ def _arrays_of(contacts: KeptPoints, places: dict[int, int]) -> dict[str, np.nda
     owners, pairs, shapes = contacts.owners.copy(), met.owners.copy(), met.shapes.copy()
     for named in (owners, pairs, shapes):
         named[..., 0] = place_of[np.minimum(named[..., 0], most)]
-    return dict(zip(_CONTACTS, (owners, contacts.counts, contacts.points), strict=True)) | dict(
-        zip(_PAIRS, (pairs, met.ranks, np.array(met.checked), shapes, met.boxes), strict=True)
-    )
+    names: tuple[str, ...] = (*_CONTACTS, *_PAIRS)
+    kept = owners, contacts.counts, contacts.points
+    return dict(zip(names, (*kept, pairs, met.ranks, np.array(met.checked), shapes, met.boxes), strict=True))
 
 
 def _contacts_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> KeptPoints | None:

@@ -273,7 +273,7 @@ class Manifolds:
         number = {tuple(o): geom for geom, o in enumerate(bound.owners.tolist()) if o[0] >= 0}
         self.grow(len(kept.counts))
         points = self.points
-        for row, (one, two) in enumerate(kept.owners.tolist() if bound.keeps else ()):
+        for row, (one, two) in enumerate(kept.owners.tolist() if bound.keeps else []):
             a, b = number.get(tuple(one)), number.get(tuple(two))
             if a is None or b is None:
                 continue
