@@ -84,7 +84,7 @@ class Manifolds:
         self._bound: _Bound | None = None
         self._kept: KeptPoints | None = None
         """The points until arrays are bound again, where bodies were added or removed."""
-        self.points = _points(np.zeros(0, np.int32), np.zeros(0, np.int32), 0, 0)
+        self.points = _points(0, np.zeros(0, np.int32), np.zeros(0, np.int32), 0, 0)
         """The points, as arguments of compiled loops."""
 
     @property
@@ -229,7 +229,11 @@ class Manifolds:
         if room >= contacts and not is_full:
             return
         grown = _points(
-            points.turns, points.tree_places, max(2 * contacts, room), 2 * meeting if is_full else meeting
+            len(points.wide),
+            points.turns,
+            points.tree_places,
+            max(2 * contacts, room),
+            2 * meeting if is_full else meeting,
         )
         for old, new in (
             (points.keys, grown.keys),
@@ -263,8 +267,11 @@ class Manifolds:
         kept, self._kept = self._kept, None
         old = self.points
         turns, places = _creation_order(self._bound.owners, model)
-        room = old.keys.shape[1], max(4 * model.ngeom, old.pairs.shape[1], 16)
-        self.points = _points(turns, places, *room)
+        met = 0 if kept is None else len(kept.met.ranks)
+        every = len(turns) * (len(turns) - 1) // 2
+        meeting = min(every, max(16 * len(turns), 4096))
+        room = old.keys.shape[1], max(meeting, old.pairs.shape[1], met, 16)
+        self.points = _points(model.ngeom, turns, places, *room)
         if kept is not None:
             self._take(kept, self._bound)
 
@@ -317,9 +324,8 @@ class _Bound:
     """Gap (m) up to which MuJoCo finds contacts."""
 
 
-def _points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int) -> Points:
+def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int) -> Points:
     """Return room for the points of so many pairs, and for so many pairs whose boxes meet."""
-    geoms = len(turns)
     new = np.zeros((geoms, 6))
     new[:, 0] = 1.0
     return Points(
@@ -357,9 +363,9 @@ def _owners(world: Engine[Body], count: int) -> np.ndarray:
 
 
 def _creation_order(owners: np.ndarray, model: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return (ngeom,) geoms in the order in which their bodies were made, and (ntree,) each tree's place."""
-    of_none = owners[:, 0] < 0
-    turns = np.lexsort((owners[:, 2], owners[:, 1], owners[:, 0], of_none)).astype(np.int32)
+    """Return bodies' geoms in the order in which these were made, and (ntree,) each tree's place in it."""
+    turns = np.lexsort((owners[:, 2], owners[:, 1], owners[:, 0])).astype(np.int32)
+    turns = turns[np.count_nonzero(owners[:, 0] < 0) :].copy()
     trees = model.body_treeid[model.geom_bodyid[turns]]
     first = np.full(model.ntree, len(turns))
     np.minimum.at(first, trees[trees >= 0], np.flatnonzero(trees >= 0))

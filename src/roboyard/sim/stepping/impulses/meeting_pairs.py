@@ -26,7 +26,7 @@ CHECKS = 10
 
 def meet(mechanism, state, surface, points):
     """Update the boxes of all geoms, the pairs and their ranks."""
-    count = surface.boxes.shape[0]
+    count = points.turns.shape[0]
     notes, tight, wide, seats = points.notes, points.tight, points.wide, points.seats
     if notes[RENUMBERED] > 0:
         list_pairs(points)

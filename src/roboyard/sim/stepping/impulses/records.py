@@ -156,7 +156,7 @@ class Points(NamedTuple):
     slots: np.ndarray
     """Place of each contact's point in the table, -1 for none."""
     turns: np.ndarray
-    """(ngeom,) geoms in the order in which their bodies were made."""
+    """Geoms of bodies in the order in which these were made; others have no boxes."""
     tree_places: np.ndarray
     """(ntree,) place of each tree in that order."""
     tight: np.ndarray
