@@ -125,3 +125,35 @@ def test_what_cannot_be_replaced(client: int, tmp_path: Path) -> None:
         p.createCollisionShape(p.GEOM_HEIGHTFIELD, fileName="nowhere.png")
     with pytest.raises(p.error):
         p.createCollisionShape(p.GEOM_HEIGHTFIELD)
+
+
+def test_a_ball_on_terrain_touches_it_at_four_points(client: int) -> None:
+    """Which of the points of several cells Bullet keeps decides how a ball that rolls over them goes on."""
+    p.setGravity(0, 0, -9.81)
+    number = 40
+    heights = [0.03 * np.sin(1.7 * i) * np.cos(2.3 * j) for j in range(number) for i in range(number)]
+    shape = p.createCollisionShape(
+        p.GEOM_HEIGHTFIELD,
+        meshScale=[0.05, 0.05, 1],
+        heightfieldData=heights,
+        numHeightfieldRows=number,
+        numHeightfieldColumns=number,
+    )
+    p.createMultiBody(0, shape)
+    ball = p.createMultiBody(
+        1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.12), basePosition=[0.02, 0.01, 0.2]
+    )
+    seen = []
+    for step in range(1, 122):
+        p.stepSimulation()
+        if step in (41, 61, 81, 101, 121):
+            seen.append(p.getBasePositionAndOrientation(ball)[0])
+            assert len(p.getContactPoints(ball)) == 4
+    expected = [
+        [0.02681, 0.02522, 0.12502],
+        [0.02971, 0.05537, 0.12271],
+        [0.01878, 0.07598, 0.12673],
+        [0.00735, 0.07963, 0.12955],
+        [0.00169, 0.0662, 0.12467],
+    ]
+    np.testing.assert_allclose(seen, expected, atol=2e-5)

@@ -9,7 +9,7 @@ import numpy as np
 from roboyard.sim.stepping import manifold_kernels as kernels
 from roboyard.sim.stepping.step_row_kernels import Contacts
 
-BOX, MESH = 6, 7
+FIELD, SPHERE, BOX, MESH = 1, 2, 6, 7
 REACH = 0.01
 
 
@@ -34,20 +34,28 @@ def _state(point: _Point, frames: dict, pair: tuple[int, int]) -> tuple[float, f
     return gap, float(np.linalg.norm(b - a - gap * point.normal)), (a + b) / 2
 
 
-def _least_useful(points: list[_Point], fresh: _Point, dist: float, gaps: list[float]) -> int:
-    """Return the point that a fifth one replaces; -1 where the others have contacts of this step."""
+def _least_useful(points: list[_Point], fresh: _Point, dist: float, gaps: list[float], every: bool) -> int:
+    """Return the point that a fifth one replaces; -1 where the others have contacts of this step.
+
+    every: whether points that have a contact of this step are replaced, too.
+    """
     deepest = int(np.argmin(gaps)) if min(gaps) < dist else -1
     areas = []
     for m in range(4):
         a, b, c = (points[k].one for k in range(4) if k != m)
-        free = m != deepest and points[m].contact < 0
+        free = m != deepest and (every or points[m].contact < 0)
         areas.append(np.linalg.norm(np.cross(fresh.one - a, c - b)) if free else -1.0)
     return int(np.argmax(areas)) if max(areas) >= 0.0 else -1
 
 
-def _twin(kept: dict, contacts: list, frames: dict, anchored: set[int]) -> tuple[dict, list, dict]:
-    """Update {pair: points}; return it, extra (contact, gap, middle) and {contact: gap, middle} held."""
-    new, extra, held = {}, [], {}
+def _twin(
+    kept: dict, contacts: list, frames: dict, anchored: set[int], field: int
+) -> tuple[dict, list, dict, set[int]]:
+    """Update {pair: points}; return it, extra (contact, gap, middle), {contact: gap, middle} held, left ones.
+
+    field: geom of a height field, with which a pair has its kept points and no other contacts.
+    """
+    new, extra, held, left = {}, [], {}, set()
     for pair in dict.fromkeys(contact[0] for contact in contacts):
         (p1, r1), (p2, r2) = frames[pair[0]], frames[pair[1]]
         points: list[_Point] = list(kept.get(pair, []))
@@ -57,14 +65,16 @@ def _twin(kept: dict, contacts: list, frames: dict, anchored: set[int]) -> tuple
         for i in mine:
             _, position, normal, dist = contacts[i]
             if dist > REACH:
+                left |= {i} if field in pair else set()
                 continue
             one = r1.T @ (position - dist / 2 * normal - p1)
             fresh = _Point(one, r2.T @ (position + dist / 2 * normal - p2), normal, i)
-            free = [k for k, point in enumerate(points) if point.contact < 0]
+            free = [k for k, point in enumerate(points) if point.contact < 0 or field in pair]
             far = {k: np.linalg.norm(points[k].one - one) for k in free}
             nearest = min(far, key=lambda k: far[k]) if far else -1
             if nearest >= 0 and far[nearest] < REACH:
                 gap, slid, middle = _state(points[nearest], frames, pair)
+                left |= {points[nearest].contact}
                 if points[nearest].held and anchored & set(pair) and gap <= REACH and slid <= REACH:
                     held[i] = gap, middle
                     points[nearest].contact = i
@@ -73,8 +83,10 @@ def _twin(kept: dict, contacts: list, frames: dict, anchored: set[int]) -> tuple
             elif len(points) < 4:
                 points.append(fresh)
             else:
-                place = _least_useful(points, fresh, dist, [_state(p, frames, pair)[0] for p in points])
+                gaps = [_state(p, frames, pair)[0] for p in points]
+                place = _least_useful(points, fresh, dist, gaps, field in pair)
                 if place >= 0:
+                    left |= {points[place].contact}
                     points[place] = fresh
         k = 0
         while k < len(points):
@@ -89,28 +101,31 @@ def _twin(kept: dict, contacts: list, frames: dict, anchored: set[int]) -> tuple
             k += 1
         if points:
             new[pair] = points
-    return new, extra, held
+    return new, extra, held, left - {-1}
 
 
 def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
     rng = np.random.default_rng(5)
-    types = np.array([MESH, MESH, BOX, 2], np.int32)
-    bodies = np.arange(4, dtype=np.int32)
+    types = np.array([MESH, MESH, BOX, SPHERE, FIELD], np.int32)
+    bodies = np.arange(5, dtype=np.int32)
     kinds = np.zeros((8, 8), np.uint8)
+    kinds[FIELD, [SPHERE, MESH]] = kinds[[SPHERE, MESH], FIELD] = 1
     kinds[MESH, MESH] = kinds[MESH, BOX] = kinds[BOX, MESH] = 1
-    margins, reaches = np.zeros(4), np.full(4, REACH)
-    places = rng.normal(size=(4, 3)) * 0.02
-    turns = [np.eye(3)] * 4
-    tables = [(np.zeros(24, np.int64), np.zeros(24, np.int32), np.zeros((24, 4, 16))) for _ in range(2)]
-    source, extra = np.zeros(96, np.int32), np.zeros((96, 13))
-    fresh, ends, slots = np.zeros(15), np.zeros(4, np.int64), np.zeros(120, np.int32)
-    anchors = np.array([0, 1, 0, 0], np.uint8)
+    margins, reaches = np.zeros(5), np.full(5, REACH)
+    places = rng.normal(size=(5, 3)) * 0.02
+    turns = [np.eye(3)] * 5
+    tables = [(np.zeros(96, np.int64), np.zeros(96, np.int32), np.zeros((96, 4, 16))) for _ in range(2)]
+    source, extra = np.zeros(384, np.int32), np.zeros((384, 13))
+    fresh, ends, slots = np.zeros(15), np.zeros(4, np.int64), np.zeros(480, np.int32)
+    anchors = np.array([0, 1, 0, 0, 0], np.uint8)
     kept: dict = {}
-    before, most, all_held = 0, 0, 0
+    before, most, all_held, all_left = 0, 0, 0, 0
     for _ in range(200):
-        places = places + rng.normal(size=(4, 3)) * 5e-4
+        places = places + rng.normal(size=(5, 3)) * 5e-4
         turns = [turn @ _rotation(rng, 0.01) for turn in turns]
-        pairs = [pair for pair in combinations(range(4), 2) for _ in range(rng.integers(0, 4))]
+        pairs = [
+            pair for pair in combinations(range(5), 2) for _ in range(rng.integers(0, 8 if 4 in pair else 4))
+        ]
         if not pairs:
             continue
         normal = np.array([0.0, 0.0, 1.0])
@@ -126,17 +141,22 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
             *(np.zeros((count, 5)), np.zeros(count)),
         )
         found = kernels.keep_points(
-            *(given, count, kinds, types, bodies, places, np.array(turns).reshape(4, 9), margins, reaches),
+            *(given, count, kinds, types, bodies, places, np.array(turns).reshape(5, 9), margins, reaches),
             *(anchors, 1.0, before, *tables[0], *tables[1], fresh, source, extra, slots, ends),
             np.zeros((0, 4, 3)),
         )
         tables.reverse()
         before = int(ends[0])
         frames = dict(enumerate(zip(places, turns, strict=True)))
-        counted = [c if 3 not in c[0] or 1 in c[0] else (c[0], c[1], c[2], 9.0) for c in contacts]
-        kept, expected, held = _twin(kept, counted, frames, {1})
+        ignored = {(0, 3), (2, 3), (2, 4)}
+        counted = [(*c[:3], 9.0) if c[0] in ignored else c for c in contacts]
+        kept, expected, held, left = _twin(kept, counted, frames, {1}, 4)
+        left -= {i for i, c in enumerate(contacts) if c[0] in ignored}
+        assert {i for i in range(count) if given.dist[i] >= kernels.AWAY} == left
         assert ends[3] == len(held)
         for i, (gap, middle) in held.items():
+            if i in left:
+                continue
             np.testing.assert_allclose([given.dist[i], *given.position[i]], [gap, *middle], atol=1e-12)
         assert sorted(source[: int(found)].tolist()) == sorted(i for i, _, _ in expected)
         rows = np.column_stack([source[: int(found)], extra[: int(found), 12], extra[: int(found), :3]])
@@ -145,7 +165,7 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
         np.testing.assert_allclose(rows[order], wanted[sought], atol=1e-12)
         keys, counts, table = tables[0]
         for row in range(before):
-            points = kept[divmod(int(keys[row]), 4)]
+            points = kept[divmod(int(keys[row]), 5)]
             assert counts[row] == len(points)
             for m, point in enumerate(points):
                 if point.contact >= 0:
@@ -155,5 +175,7 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
                 table[row, m, 15] = point.held
         most = max(most, *(len(points) for points in kept.values()), 0)
         all_held += len(held)
+        all_left += len(left)
     assert most == 4
     assert all_held > 20
+    assert all_left > 200

@@ -12,18 +12,18 @@ PLANE, FIELD, SPHERE, CYLINDER, BOX = 0, 1, 2, 5, 6
 """MuJoCo's types of these geoms."""
 MOST = 4
 """Most points of a pair."""
+AWAY = 1.0
+"""Distance (m) of contacts that do not count."""
 ALMOST = 1.0 - 1e-9
 """Share of its bound at which friction counts as at it."""
 UNMOVED = 1e-14
 """Square of the shift (m) below which a contact stays."""
-AWAY = 1.0
-"""Distance (m) of contacts that do not count."""
 APART = 1e-12
 """Depth (m) up to which two spheres are apart, as those that a file lets touch are but for rounding."""
 LEVEL = 1e-13
 """Slope up to which points of a body are as deep as each other."""
-TAKEN = 2.0
-"""Mark of a point that a contact of this step has."""
+HELD_FAST, TAKEN, TAKEN_AND_HELD = 1.0, 2.0, 3.0
+"""Marks of a point that did not slide in the step before, of one that a contact of this step has, of both."""
 
 
 @compiled(
@@ -69,8 +69,8 @@ def keep_points(  # pragma: no cover
         if a < 0 or b < 0:
             continue
         is_anchored = anchors[a] == 1 or anchors[b] == 1
-        keeps = is_anchored and geom_type[a] != FIELD and geom_type[b] != FIELD
-        if not keeps and kept_kinds[geom_type[a], geom_type[b]] == 0:
+        on_field = geom_type[a] == FIELD or geom_type[b] == FIELD
+        if kept_kinds[geom_type[a], geom_type[b]] == 0 and (on_field or not is_anchored):
             continue
         key = a * geoms + b
         one, two = geom_body[a], geom_body[b]
@@ -98,6 +98,8 @@ def keep_points(  # pragma: no cover
         for m in range(first, first + listed):
             j = first + int(fresh[ORDER + m - first]) if in_turn else m
             if dist[j] - thickness > reach:
+                if on_field:
+                    dist[j] = AWAY
                 continue
             for k in range(3):
                 fresh[k] = fresh[3 + k] = 0.0
@@ -107,7 +109,8 @@ def keep_points(  # pragma: no cover
                     fresh[3 + k] += xmat[two, 3 * d + k] * (position[j, d] + half - xpos[two, d])
             for k in range(9):
                 fresh[6 + k] = frame[j, k]
-            place = place_of(new_points, pairs, n, fresh, reach)
+            place = place_of(new_points, pairs, n, fresh, reach, on_field)
+            mark = TAKEN
             if place < 0 and (0 <= only != j or (are_boxes and dist[j] > thickness)):
                 dist[j] = AWAY
                 continue
@@ -116,7 +119,9 @@ def keep_points(  # pragma: no cover
                     place = n
                     n += 1
                 else:
-                    place = least_useful(new_points, pairs, fresh, dist[j], xpos, xmat, one, two)
+                    place = least_useful(
+                        new_points, pairs, fresh, dist[j], xpos, xmat, one, two, on_field
+                    )  # fmt: skip
                     if place < 0:
                         continue
             elif 0 <= only != j:
@@ -146,7 +151,7 @@ def keep_points(  # pragma: no cover
                     continue
                 for k in range(15):
                     fresh[k] = new_points[pairs, place, k]
-            elif is_anchored and new_points[pairs, place, 15] > 0.0:
+            elif is_anchored and is_held(new_points, pairs, place):
                 gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two)
                 if gap - thickness <= reach and slid <= reach * reach:
                     for k in range(3):
@@ -156,13 +161,19 @@ def keep_points(  # pragma: no cover
                     position[j, 0], position[j, 1], position[j, 2] = x, y, z
                     dist[j] = gap
                     held += 1
+                    mark = TAKEN_AND_HELD
             for k in range(15):
                 new_points[pairs, place, k] = fresh[k]
-            new_points[pairs, place, 15] = TAKEN
+            if on_field and new_points[pairs, place, 15] >= TAKEN:
+                for other in range(first, i):
+                    if slots[other] == place:
+                        slots[other] = -1
+                        dist[other] = AWAY
+            new_points[pairs, place, 15] = mark
             slots[j] = place
         m = 0
         while m < n:
-            if new_points[pairs, m, 15] == TAKEN:
+            if new_points[pairs, m, 15] >= TAKEN:
                 new_points[pairs, m, 15] = 0.0
                 m += 1
                 continue
@@ -376,12 +387,20 @@ def copy_point(points, pair, m, others, other_pair, other_m):
         others[other_pair, other_m, k] = points[pair, m, k]
 
 
-def place_of(points, pair, n, fresh, reach):
-    """Return the point (of n) nearest to a new one on the first body, within reach and not taken; else -1."""
+def is_held(points, pair, m):
+    """Return whether a point did not slide in the step before, as far as it is still of that step."""
+    return points[pair, m, 15] == HELD_FAST or points[pair, m, 15] == TAKEN_AND_HELD
+
+
+def place_of(points, pair, n, fresh, reach, any_point):
+    """Return the point (of n) nearest to a new one on the first body, within reach and not taken; else -1.
+
+    any_point: whether it may be one that a contact of this step has.
+    """
     best = -1
     least = reach * reach
     for m in range(n):
-        if points[pair, m, 15] == TAKEN:
+        if points[pair, m, 15] >= TAKEN and not any_point:
             continue
         far = 0.0
         for k in range(3):
@@ -392,10 +411,10 @@ def place_of(points, pair, n, fresh, reach):
     return best
 
 
-def least_useful(points, pair, fresh, dist, xpos, xmat, one, two):
+def least_useful(points, pair, fresh, dist, xpos, xmat, one, two, any_point):
     """Return the point of four that a new one replaces: not the deepest, so that the rest spans most area.
 
-    -1: all but the deepest are taken.
+    -1: all but the deepest are taken. any_point: as of `place_of`.
     """
     deepest = -1
     depth = dist
@@ -407,7 +426,7 @@ def least_useful(points, pair, fresh, dist, xpos, xmat, one, two):
     best = -1
     largest = -1.0
     for m in range(MOST):
-        if m == deepest or points[pair, m, 15] == TAKEN:
+        if m == deepest or (points[pair, m, 15] >= TAKEN and not any_point):
             continue
         first = 1 if m == 0 else 0
         last = 2 if m == 3 else 3

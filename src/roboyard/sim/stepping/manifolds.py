@@ -385,4 +385,7 @@ def _kinds_that_keep() -> np.ndarray:
     keep[np.ix_([capsule, box], [capsule, box])] = 0  # of these it finds several points
     keep[box, box] = 1
     keep[int(kinds.mjGEOM_PLANE), convex] = keep[convex, int(kinds.mjGEOM_PLANE)] = 1
+    field = int(kinds.mjGEOM_HFIELD)  # of each of its prisms MuJoCo finds one
+    on_field = [int(kinds.mjGEOM_SPHERE), *convex]
+    keep[field, on_field] = keep[on_field, field] = 1
     return keep

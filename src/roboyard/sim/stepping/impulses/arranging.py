@@ -13,8 +13,8 @@ from roboyard.sim.stepping.impulses.rows import choose_trees, order_rows
 def arrange(rows, contacts, search, mechanism, state, points, surface, solver, wanted):  # pragma: no cover
     """Choose the trees to solve, list their rows and copy their Jacobian, for contacts on their surfaces.
 
-    wanted: number of rows of equalities, motors and limits. The number of rows listed becomes the sixth of
-    `ends`, -1 where a row is of another kind.
+    wanted: number of rows of equalities, motors and limits. The number of rows listed, and of those of
+    contacts that do not push, becomes the sixth of `ends`, -1 where a row is of another kind.
     """
     at, count = rows.starts, search.counts[4]
     kind, index = rows.kind[at[0] : at[0] + count], rows.ids[at[1] : at[1] + count]
@@ -25,7 +25,7 @@ def arrange(rows, contacts, search, mechanism, state, points, surface, solver, w
         solver.taken,
     ):  # fmt: skip
         return
-    order_contacts(
+    left = order_contacts(
         contacts, geom.shape[0], mechanism, state, surface, points, solver.groups
     )  # fmt: skip
     sequence = points.sequence[: points.notes[TAKEN_UP]]
@@ -42,7 +42,7 @@ def arrange(rows, contacts, search, mechanism, state, points, surface, solver, w
             spans[n, 2 * side] = mechanism.tree_dof[tree] if tree >= 0 else 0
             spans[n, 2 * side + 1] = mechanism.tree_dofs[tree] if tree >= 0 else 0
         copy_entries(rows, search, solver.order[n, 0], n, spans, jacobian)
-    solver.ends[5] = found
+    solver.ends[5] = found + left
     velocity = rows.velocity[at[7] : at[7] + count]
     position = rows.position[at[3] : at[3] + count]
     slide_on_margins(geom, address, sequence, contacts, mechanism, state, surface, solver, velocity)

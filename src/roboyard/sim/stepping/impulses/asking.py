@@ -26,7 +26,7 @@ def ask_of_rows(rows, contacts, search, state, surface, solver, remade):  # prag
     velocity = rows.velocity[at[7] : at[7] + count]
     reference = rows.reference[at[8] : at[8] + count]
     if remade == 1:
-        for n in range(count):
+        for n in range(solver.ends[4]):
             velocity[solver.order[n, 0]] = along(solver.jacobian, n, solver.spans, state.qvel)
     limits = search.counts[3]
     if limits > 0 and rules[LIMITS_ARE_HARD] > 0.0:

@@ -23,19 +23,24 @@ from roboyard.sim.stepping.impulses.records import (
 
 
 def order_contacts(contacts, count, mechanism, state, surface, points, groups):
-    """Write the contacts in Bullet's order into `Points.sequence`, soft bodies' excepted.
+    """Write the contacts in Bullet's order into `Points.sequence`; return how many rows the others have.
 
+    Those are the contacts across gaps that do not push; soft bodies' contacts are in neither.
     groups: (ntree,) work array. Where the surfaces have no boxes, the order is MuJoCo's.
     """
     notes, work, geom = points.notes, points.work, contacts.geom
-    taken = 0
+    taken = left = 0
     if surface.boxes.shape[0] == 0:
         for n in range(count):
-            if geom[n, 0] >= 0 and geom[n, 1] >= 0:
-                points.sequence[taken] = n
-                taken += 1
+            if geom[n, 0] < 0 or geom[n, 1] < 0:
+                continue
+            if is_apart(contacts, n, surface):
+                left += contacts.dim[n] if contacts.address[n] >= 0 else 0
+                continue
+            points.sequence[taken] = n
+            taken += 1
         notes[TAKEN_UP] = taken
-        return
+        return left
     meet(mechanism, state, surface, points)
     ranks = notes[RANKED]
     for rank in range(ranks):
@@ -43,6 +48,9 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
     loose = a = b = rank = -1
     for n in range(count):
         if geom[n, 0] < 0 or geom[n, 1] < 0:
+            continue
+        if is_apart(contacts, n, surface):
+            left += contacts.dim[n] if contacts.address[n] >= 0 else 0
             continue
         if geom[n, 0] != a or geom[n, 1] != b:
             a, b = geom[n, 0], geom[n, 1]
@@ -68,6 +76,14 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
         taken += 1
         loose = points.following[loose]
     notes[TAKEN_UP] = taken
+    return left
+
+
+def is_apart(contacts, n, surface):
+    """Return whether a contact's gap is one from which on it does not push; see `hard_contacts`."""
+    a, b = contacts.geom[n, 0], contacts.geom[n, 1]
+    gap = contacts.dist[n] - (surface.margins[a] + surface.margins[b])
+    return gap > min(surface.reaches[a], surface.reaches[b])
 
 
 def insert(points, rank, contact):

@@ -214,7 +214,8 @@ class Solver(NamedTuple):
     """(ntree,) work array of `order_contacts`."""
     places: np.ndarray
     ends: np.ndarray
-    """(6,) ends of the five groups of rows, and the number of rows listed, -1 where others solve all."""
+    """(6,) ends of the five groups of rows, and the number of rows listed or known to do nothing, -1 where
+    others solve all."""
     order: np.ndarray
     """(n, 4) of the rows in the order of solution: row, its trees (-1 for none), the contact's place in the
     list of normals (-1 for none)."""

@@ -85,7 +85,10 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
             solver.slots, solver.places_of_rows, solver.lanes, solver.velocities, rules[ROUNDS],
             rules[RESIDUAL], solver.change,
         )  # fmt: skip
-    if listed == count:
+    if solver.ends[5] == count:
+        if listed < count:
+            for row in range(count):
+                force[row] = 0.0  # of contacts that do not push
         for dof in range(state.qacc.shape[0]):
             state.qacc[dof] = state.smooth[dof]  # of trees that nothing holds
             state.constraint[dof] = 0.0
