@@ -112,6 +112,23 @@ def dot_block(x, i, y, j):
     )
 
 
+def dot_two_blocks(x, i, y, j, k, m):
+    """Return the sum of the products of x's blocks at i and k with y's at j and m; written out, too.
+
+    The lanes of both are summed before they are summed across, which takes longest.
+    """
+    return (
+        (x[i] * y[j] + x[k] * y[m])
+        + (x[i + 1] * y[j + 1] + x[k + 1] * y[m + 1])
+        + (x[i + 2] * y[j + 2] + x[k + 2] * y[m + 2])
+        + (x[i + 3] * y[j + 3] + x[k + 3] * y[m + 3])
+        + (x[i + 4] * y[j + 4] + x[k + 4] * y[m + 4])
+        + (x[i + 5] * y[j + 5] + x[k + 5] * y[m + 5])
+        + (x[i + 6] * y[j + 6] + x[k + 6] * y[m + 6])
+        + (x[i + 7] * y[j + 7] + x[k + 7] * y[m + 7])
+    )
+
+
 def add_block(y, j, factor, x, i):
     """Add a multiple of a block to another; written out, too."""
     a, b = y[j] + factor * x[i], y[j + 1] + factor * x[i + 1]
@@ -125,6 +142,8 @@ def speed_of(lanes, places, n, velocities):
     """Return the velocity of a row."""
     at, a, b = places[n, START] + HEAD, places[n, FIRST], places[n, SECOND]
     width, other = places[n, WIDTH], places[n, OTHER]
+    if width == 1 and other == 1:
+        return dot_two_blocks(lanes, at, velocities, a, at + BLOCK, b)
     total = dot_block(lanes, at, velocities, a)
     if width > 1:
         for j in range(1, width):
