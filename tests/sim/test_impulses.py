@@ -58,6 +58,7 @@ def problem(seed: int, arm: int) -> dict[str, np.ndarray]:
         "jacobian": entries,
         "dense": jacobian,
         "response": np.linalg.solve(mass, jacobian.T).T.copy(),
+        "weighed": np.linalg.solve(np.linalg.cholesky(mass), jacobian.T).T.copy(),
         "tree_dof": tree_dof,
         "tree_dofs": tree_dofs,
     }
@@ -91,30 +92,66 @@ def reference(given: dict[str, np.ndarray], rounds: int) -> np.ndarray:
 @pytest.mark.parametrize("rounds", [1, 2, 50])
 def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, arm: int, rounds: int) -> None:
     given = problem(seed, arm)
-    expected, response = reference(given, rounds), given["response"]
-    rows, spans, ends, jacobian = (given[name] for name in ("rows", "spans", "ends", "jacobian"))
+    expected, weighed = reference(given, rounds), given["weighed"]
+    rows, spans, ends = (given[name] for name in ("rows", "spans", "ends"))
     nv, width = arm + 6, 10 + -10 % BLOCK
     for by_table in (True, False):
         goals, change = given["goals"].copy(), np.zeros(nv)
         if by_table:
             across = np.zeros((nv, width))
-            across[:, :10] = response.T
+            across[:, :10] = weighed.T
             solving.solve_by_table(
-                *(rows, spans, goals, ends, jacobian, across, rounds, 0.0),
+                *(rows, spans, goals, ends, across, rounds, 0.0),
                 *(np.zeros((10, width)), np.zeros((LINES, width)), change),
             )
         else:
             packed = np.zeros((10, nv))
             for n, (first, size, other, others) in enumerate(spans.tolist()):
-                packed[n, :size] = response[n, first : first + size]
-                packed[n, size : size + others] = response[n, other : other + others]
+                packed[n, :size] = weighed[n, first : first + size]
+                packed[n, size : size + others] = weighed[n, other : other + others]
             lanes.solve_in_turn(
-                *(rows, spans, goals, ends, jacobian, packed, given["tree_dof"], given["tree_dofs"]),
+                *(rows, spans, goals, ends, packed, given["tree_dof"], given["tree_dofs"]),
                 *(np.zeros(2, np.int32), np.zeros((10, lanes.PLACES), np.int32), np.full(900, np.nan)),
                 *(np.full(nv + 16, np.nan), rounds, 0.0, change),
             )
         assert np.allclose(goals[:, 3], expected, atol=1e-12)
-        assert np.allclose(change, expected @ response, atol=1e-12)
+        assert np.allclose(change, expected @ weighed, atol=1e-12)
+
+
+@pytest.mark.parametrize("blocks", [1, 2])
+def test_weighed_entries_are_those_of_mujocos_inertia(blocks: int) -> None:
+    """Their products are J M^-1 J', and what impulses change is M^-1 J', by MuJoCo's own solution."""
+    world = World(profile=BULLET)
+    robot = world.add_description(arm(), (0, 0, 1.7))
+    world.add_box((0.3, 0.2, 0.1), position=(2.0, 0.0, 0.3), mass=1.0)
+    for joint in robot.joints:
+        world.motors.set(joint, position=0.7, max_force=30.0)
+    world.step(10)
+    model, data = world.live_model, world.live_data
+    rng = np.random.default_rng(4)
+    mujoco.mj_forward(model, data)
+    solver = world.stepping.in_turn
+    solver.prepare(model, data, world.timestep)
+    mechanism, state, nv = solver._mechanism, solver._state, model.nv
+    jacobian = rng.normal(size=(BLOCK * blocks, nv))
+    expected = np.zeros_like(jacobian)
+    mujoco.mj_solveM(model, data, expected, jacobian)
+    roots, plain = np.zeros(nv), np.zeros(model.ntree, np.uint8)
+    inertia.find_roots(mechanism, state, roots, plain)
+    assert plain.tolist() == [0, 1]
+    across = jacobian.T.copy()
+    inertia.weigh_across(mechanism, state, roots, across, blocks)
+    weighed = np.full((BLOCK * blocks, nv), np.nan)
+    for n in range(BLOCK * blocks):
+        for tree in range(model.ntree):
+            first, size = int(mechanism.tree_dof[tree]), int(mechanism.tree_dofs[tree])
+            inertia.weigh(mechanism, state, roots, plain[tree], jacobian[n], weighed[n], first, size, first)
+    np.testing.assert_allclose(across.T, weighed, rtol=1e-12)
+    products = jacobian @ expected.T
+    np.testing.assert_allclose(weighed @ weighed.T, products, rtol=1e-9, atol=1e-9 * np.abs(products).max())
+    for n in range(BLOCK * blocks):
+        inertia.unweigh(mechanism, state, roots, weighed[n])
+    np.testing.assert_allclose(weighed, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
 def test_forces_alone_accelerate_as_in_mujoco() -> None:
@@ -180,21 +217,6 @@ def test_rows_are_handed_over_with_what_forces_alone_lead_to() -> None:
     mujoco.mj_fwdAcceleration(model, data)
     np.testing.assert_allclose(ours[0], data.qfrc_smooth, atol=1e-12)
     np.testing.assert_allclose(ours[1], data.qacc_smooth, atol=1e-9)
-
-
-@pytest.mark.parametrize("blocks", [1, 2])
-def test_many_efforts_are_divided_by_the_inertia_at_once(blocks: int) -> None:
-    world = World(profile=BULLET)
-    whole = arm()
-    world.add_description(replace(whole, links=whole.links[:4], joints=whole.joints[:3]), (0, 0, 1.7))
-    world.step()
-    model, data = world.live_model, world.live_data
-    solver = world.stepping.in_turn
-    across = np.random.default_rng(2).normal(size=(model.nv, BLOCK * blocks))
-    wanted = np.zeros((BLOCK * blocks, model.nv))
-    mujoco.mj_solveM(model, data, wanted, across.T.copy())
-    inertia.solve_inertia_across(solver._mechanism, solver._state, across, blocks)
-    np.testing.assert_allclose(across.T, wanted, rtol=1e-9)
 
 
 def test_sliding_rows_are_those_of_points_on_the_surface() -> None:

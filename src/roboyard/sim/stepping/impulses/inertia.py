@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from roboyard.sim.stepping.impulses.records import BLOCK
 from roboyard.sim.stepping.kernels import drag_on
 
@@ -60,11 +62,14 @@ def solve_inertia(mechanism, state, x, start, stop, place):  # pragma: no cover
             x[shift + i] -= state.factor[a] * x[shift + mechanism.factor_column[a]]
 
 
-def find_diagonal(mechanism, state, trees):  # pragma: no cover
-    """Write 1 into `trees` (ntree,) for those whose inertia is diagonal in this position, else 0.
+def find_roots(mechanism, state, roots, trees):  # pragma: no cover
+    """Write the roots of 1 / D of all degrees of freedom, and 1 into `trees` (ntree,) where L is 1, else 0.
 
-    That of a free body is where its frame is that of its principal axes at its centre of mass.
+    MuJoCo factors the inertia of each tree into L' D L. That of a free body is diagonal where its frame is
+    that of its principal axes at its centre of mass.
     """
+    for d in range(roots.shape[0]):
+        roots[d] = np.sqrt(state.factor_inverse[d])
     for tree in range(trees.shape[0]):
         is_diagonal = 1
         first = mechanism.tree_dof[tree]
@@ -76,34 +81,47 @@ def find_diagonal(mechanism, state, trees):  # pragma: no cover
         trees[tree] = is_diagonal
 
 
-def respond(mechanism, state, is_diagonal, jacobian, response, first, size, place):  # pragma: no cover
-    """Write what a unit of a row's impulse changes in the velocities of a tree, dofs first ... first + size.
+def weigh(mechanism, state, roots, is_diagonal, jacobian, weighed, first, size, place):  # pragma: no cover
+    """Write a row's entries for a tree, dofs first ... first + size, divided by the root of the inertia.
 
-    jacobian, response: the row's entries, those of the tree from `place` on.
+    With J for the entries, these are J / (sqrt(D) L): their product with those of another row is what a
+    unit of impulse of one row changes in the velocity of the other, J M^-1 J'. A body's entries lead to those
+    of its ancestors alone, where a response M^-1 J' has entries of the whole tree.
+
+    jacobian, weighed: the row's entries, those of the tree from `place` on.
     """
     if is_diagonal == 1:
         for k in range(size):
-            response[place + k] = jacobian[place + k] * state.factor_inverse[first + k]
+            weighed[place + k] = jacobian[place + k] * roots[first + k]
         return
     for k in range(size):
-        response[place + k] = jacobian[place + k]
-    solve_inertia(mechanism, state, response, first, first + size, place)
+        weighed[place + k] = jacobian[place + k]
+    shift = place - first
+    for i in range(first + size - 1, first - 1, -1):
+        if weighed[shift + i] != 0.0:
+            start = mechanism.factor_start[i]
+            for a in range(start, start + mechanism.factor_count[i] - 1):
+                weighed[shift + mechanism.factor_column[a]] -= state.factor[a] * weighed[shift + i]
+            weighed[shift + i] *= roots[i]
 
 
-def solve_inertia_across(mechanism, state, across, blocks):  # pragma: no cover
-    """Do what `solve_inertia` does for many efforts at once: across is (nv, n), of whole blocks of rows."""
-    nv = state.qvel.shape[0]
-    for i in range(nv - 1, -1, -1):
+def weigh_across(mechanism, state, roots, across, blocks):  # pragma: no cover
+    """Do what `weigh` does for many rows at once: across is (nv, n), of whole blocks of rows."""
+    for i in range(roots.shape[0] - 1, -1, -1):
         first = mechanism.factor_start[i]
         for a in range(first, first + mechanism.factor_count[i] - 1):
             add_line(across, mechanism.factor_column[a], across, i, -state.factor[a], blocks)
-    for i in range(nv):
-        inverse = state.factor_inverse[i]
         for k in range(BLOCK * blocks):
-            across[i, k] *= inverse
+            across[i, k] *= roots[i]
+
+
+def unweigh(mechanism, state, roots, change):  # pragma: no cover
+    """Turn sums of weighed entries by impulses into changes of velocity (nv,), in place."""
+    for i in range(roots.shape[0]):
+        change[i] *= roots[i]
         first = mechanism.factor_start[i]
         for a in range(first, first + mechanism.factor_count[i] - 1):
-            add_line(across, i, across, mechanism.factor_column[a], -state.factor[a], blocks)
+            change[i] -= state.factor[a] * change[mechanism.factor_column[a]]
 
 
 def add_line(lines, to, others, line, factor, blocks):

@@ -2,7 +2,8 @@
 
 Velocities of each tree begin at a multiple of `BLOCK`, as do the entries of a row for each of its trees, so
 that a free body is one vector of eight numbers. All that is known of a row stands in one stretch of memory:
-`HEAD` numbers (`GOAL` and those that follow), its Jacobian, its response.
+`HEAD` numbers (`GOAL` and those that follow), the row's weighed Jacobian (see `weigh`), which
+both gives its velocity and says what an impulse changes.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ both have (the second may have none), and where the impulse of its contact's nor
 
 
 def lay_out(  # pragma: no cover
-    rows, spans, goals, ends, jacobian, response, tree_dofs, slots, places, lanes, velocities
+    rows, spans, goals, ends, weighed, tree_dofs, slots, places, lanes, velocities
 ):
     """Write the places and numbers of all rows, and no velocity."""
     at = 0
@@ -43,11 +44,11 @@ def lay_out(  # pragma: no cover
         places[n, FIRST] = slots[first] if first >= 0 else 0
         places[n, SECOND] = slots[second] if second >= 0 else 0
         whole = BLOCK * (width + other)
-        for k in range(HEAD + 2 * whole):
+        for k in range(HEAD + whole):
             lanes[at + k] = 0.0
         own = goals[n, 4]
         for k in range(size + others):
-            own += jacobian[n, k] * response[n, k]
+            own += weighed[n, k] * weighed[n, k]
         inverse = 1.0 / own if own > 1e-15 else 0.0
         lanes[at + GOAL] = goals[n, 0] * inverse
         lanes[at + INVERSE] = inverse
@@ -56,17 +57,15 @@ def lay_out(  # pragma: no cover
         lanes[at + LOW], lanes[at + HIGH] = goals[n, 1], goals[n, 2]
         at += HEAD
         for k in range(size):
-            lanes[at + k] = jacobian[n, x + k]
-            lanes[at + whole + k] = response[n, x + k]
+            lanes[at + k] = weighed[n, x + k]
         for k in range(others):
-            lanes[at + BLOCK * width + k] = jacobian[n, y + k]
-            lanes[at + whole + BLOCK * width + k] = response[n, y + k]
-        at += 2 * whole
+            lanes[at + BLOCK * width + k] = weighed[n, y + k]
+        at += whole
     for n in range(ends[1], ends[4]):
         places[n, NORMAL] = places[rows[n, 3], START] + IMPULSE
 
 
-def couple(spans, ends, jacobian, response, places, lanes):  # pragma: no cover
+def couple(spans, ends, weighed, places, lanes):  # pragma: no cover
     """Write what units of impulse change in rows that follow.
 
     These are the next two normals for a normal, the next pair for a sliding row.
@@ -75,16 +74,16 @@ def couple(spans, ends, jacobian, response, places, lanes):  # pragma: no cover
     for n in range(first, last):
         at = places[n, START]
         if n + 1 < last:
-            lanes[at + NEXT] = coupling(spans, jacobian, response, n, n + 1)
+            lanes[at + NEXT] = coupling(spans, weighed, n, n + 1)
         if n + 2 < last:
-            lanes[at + OVER] = coupling(spans, jacobian, response, n, n + 2)
+            lanes[at + OVER] = coupling(spans, weighed, n, n + 2)
     for n in range(ends[2], ends[4] - 2):
         after = n + 2 - (n - ends[2]) % 2
-        lanes[places[n, START] + NEXT] = coupling(spans, jacobian, response, n, after)
-        lanes[places[n, START] + ACROSS] = coupling(spans, jacobian, response, n, after + 1)
+        lanes[places[n, START] + NEXT] = coupling(spans, weighed, n, after)
+        lanes[places[n, START] + ACROSS] = coupling(spans, weighed, n, after + 1)
 
 
-def coupling(spans, jacobian, response, n, m):
+def coupling(spans, weighed, n, m):
     """Return what a unit of impulse of row n changes in the velocity of row m."""
     total = 0.0
     for i in range(2):
@@ -94,7 +93,7 @@ def coupling(spans, jacobian, response, n, m):
                 x = spans[n, 1] if i == 1 else 0
                 y = spans[m, 1] if j == 1 else 0
                 for k in range(size):
-                    total += response[n, x + k] * jacobian[m, y + k]
+                    total += weighed[n, x + k] * weighed[m, y + k]
     return total
 
 
@@ -160,7 +159,7 @@ def push_row(lanes, places, n, impulse, velocities):
     """Change velocities by an impulse of a row."""
     a, b = places[n, FIRST], places[n, SECOND]
     width, other = places[n, WIDTH], places[n, OTHER]
-    at = places[n, START] + HEAD + BLOCK * (width + other)
+    at = places[n, START] + HEAD
     add_block(velocities, a, impulse, lanes, at)
     if width > 1:
         for j in range(1, width):
@@ -188,8 +187,8 @@ def push_pair(lanes, places, n, impulse, other_impulse, velocities):
     """Change velocities by impulses of row n and the next one, of the same trees."""
     a, b = places[n, FIRST], places[n, SECOND]
     width, other = places[n, WIDTH], places[n, OTHER]
-    at = places[n, START] + HEAD + BLOCK * (width + other)
-    further = at + HEAD + 2 * BLOCK * (width + other)
+    at = places[n, START] + HEAD
+    further = at + HEAD + BLOCK * (width + other)
     add_blocks(velocities, a, impulse, lanes, at, other_impulse, further)
     if width > 1:
         for j in range(BLOCK, BLOCK * width, BLOCK):
@@ -220,7 +219,7 @@ def set_impulse(lanes, places, n, impulse, velocities):
 
 
 def solve_in_turn(  # pragma: no cover
-    rows, spans, goals, ends, jacobian, response, tree_dof, tree_dofs, slots, places, lanes, velocities,
+    rows, spans, goals, ends, weighed, tree_dof, tree_dofs, slots, places, lanes, velocities,
     rounds, residual, change,
 ):  # fmt: skip
     """Solve row by row, each with the changes of velocity that the others have made, in several rounds.
@@ -230,11 +229,12 @@ def solve_in_turn(  # pragma: no cover
     at their largest impulse, have not converged by then. The two sliding rows of a contact share one bound,
     the normal's impulse in this round times the coefficient. Returns the number of rounds.
 
-    rows, spans, jacobian, response: see `Solver`. slots: (ntree,), places: (n, PLACES), lanes: (m,) and
-    velocities: (k,), work arrays. change: (nv,) change of velocity, written.
+    rows, spans, weighed: see `Solver`. slots: (ntree,), places: (n, PLACES), lanes: (m,) and
+    velocities: (k,), work arrays. change: (nv,) sums of
+    weighed entries by impulses, written.
     """
-    lay_out(rows, spans, goals, ends, jacobian, response, tree_dofs, slots, places, lanes, velocities)
-    couple(spans, ends, jacobian, response, places, lanes)
+    lay_out(rows, spans, goals, ends, weighed, tree_dofs, slots, places, lanes, velocities)
+    couple(spans, ends, weighed, places, lanes)
     done = 0.0
     while done < rounds:
         worst = 0.0

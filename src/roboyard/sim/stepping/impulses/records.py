@@ -223,8 +223,10 @@ class Solver(NamedTuple):
     """(n, 4) first degree of freedom and number of those of both trees, 0 for none."""
     jacobian: np.ndarray
     """(n, m) entries for the degrees of freedom of the first tree, then of the second."""
-    response: np.ndarray
-    """(n, m) changes of velocity of the same by a unit impulse."""
+    weighed: np.ndarray
+    """(n, m) the same, divided by the root of the inertia; see `weigh`."""
+    roots: np.ndarray
+    """(nv,) of `find_roots`."""
     goals: np.ndarray
     mu: np.ndarray
     soft: np.ndarray
@@ -236,7 +238,7 @@ class Solver(NamedTuple):
     velocities: np.ndarray
     """Work arrays of `lanes`."""
     across: np.ndarray
-    """(nv, 132) response of each degree of freedom to the rows, of which there are few."""
+    """(nv, 132) weighed entries of each degree of freedom for the rows, of which there are few."""
     influence: np.ndarray
     lines: np.ndarray
     change: np.ndarray
@@ -268,8 +270,8 @@ SURFACE = record(
 SOLVER = record(
     Solver,
     "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[:,::1] f8[:,::1]"
-    " f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1]"
-    " f8[:,::1] f8[::1] f8[:,::1]",
+    " f8[:,::1] f8[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1] f8[:,::1]"
+    " f8[:,::1] f8[:,::1] f8[::1] f8[:,::1]",
 )
 EVERYTHING = Bundle((ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER))
 """Arrays of a step."""

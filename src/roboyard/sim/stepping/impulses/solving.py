@@ -6,7 +6,7 @@ import numpy as np
 
 from roboyard.native import compiled
 from roboyard.sim.stepping.impulses.entries import add_to
-from roboyard.sim.stepping.impulses.inertia import add_line, find_diagonal, respond, solve_inertia_across
+from roboyard.sim.stepping.impulses.inertia import add_line, find_roots, unweigh, weigh, weigh_across
 from roboyard.sim.stepping.impulses.lanes import solve_in_turn
 from roboyard.sim.stepping.impulses.records import (
     BLOCK,
@@ -54,6 +54,8 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
     entries = 0
     for n in range(listed):
         entries += spans[n, 1] + spans[n, 3]
+    roots, plain = solver.roots, solver.diagonal
+    find_roots(mechanism, state, roots, plain)
     if listed <= FEW or (listed <= DENSE and entries > SHORT * listed):
         blocks = (listed + BLOCK - 1) // BLOCK
         across = solver.across
@@ -66,25 +68,26 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
                 across[first + k, n] = jacobian[n, k]
             for k in range(spans[n, 3]):
                 across[other + k, n] = jacobian[n, size + k]
-        solve_inertia_across(mechanism, state, across, blocks)
+        weigh_across(mechanism, state, roots, across, blocks)
         solve_by_table(
-            order, spans, goals, ends, jacobian, across, rules[ROUNDS], rules[RESIDUAL],
-            solver.influence, solver.lines, solver.change,
+            order, spans, goals, ends, across, rules[ROUNDS], rules[RESIDUAL], solver.influence, solver.lines,
+            solver.change,
         )  # fmt: skip
     else:
-        response, plain = solver.response, solver.diagonal
-        find_diagonal(mechanism, state, plain)
         for n in range(listed):
-            size, entry, answer = spans[n, 1], jacobian[n], response[n]
+            size, entry, out = spans[n, 1], jacobian[n], solver.weighed[n]
             if size > 0:
-                respond(mechanism, state, plain[order[n, 1]], entry, answer, spans[n, 0], size, 0)
+                tree = order[n, 1]
+                weigh(mechanism, state, roots, plain[tree], entry, out, spans[n, 0], size, 0)
             if spans[n, 3] > 0:
-                respond(mechanism, state, plain[order[n, 2]], entry, answer, spans[n, 2], spans[n, 3], size)
+                tree = order[n, 2]
+                weigh(mechanism, state, roots, plain[tree], entry, out, spans[n, 2], spans[n, 3], size)
         solve_in_turn(
-            order, spans, goals, ends, jacobian, response, mechanism.tree_dof, mechanism.tree_dofs,
-            solver.slots, solver.places_of_rows, solver.lanes, solver.velocities, rules[ROUNDS],
-            rules[RESIDUAL], solver.change,
+            order, spans, goals, ends, solver.weighed, mechanism.tree_dof, mechanism.tree_dofs, solver.slots,
+            solver.places_of_rows, solver.lanes, solver.velocities, rules[ROUNDS], rules[RESIDUAL],
+            solver.change,
         )  # fmt: skip
+    unweigh(mechanism, state, roots, solver.change)
     if solver.ends[5] == count:
         if listed < count:
             for row in range(count):
@@ -99,13 +102,13 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
 
 
 def solve_by_table(  # pragma: no cover
-    rows, spans, goals, ends, jacobian, across, rounds, residual, influence, lines, change
+    rows, spans, goals, ends, across, rounds, residual, influence, lines, change
 ):
     """Do what `solve_in_turn` does, for a bounded number of rows, with their effect on each other.
 
     What a row wishes for, the impulse with which it would get what it asks for, is kept up to date.
 
-    across: (nv, n) changes of velocity by unit impulses, n rounded up to whole blocks. influence: (n, n) or
+    across: (nv, n) weighed entries of the rows, n rounded up to whole blocks. influence: (n, n) or
     larger, what unit impulses of a row take from the wishes of the others, written. lines: (6, n) or longer,
     work array.
     """
@@ -116,9 +119,9 @@ def solve_by_table(  # pragma: no cover
             influence[n, k] = 0.0
         first, size, other = spans[n, 0], spans[n, 1], spans[n, 2]
         for k in range(size + spans[n, 3]):
-            if jacobian[n, k] != 0.0:
-                d = first + k if k < size else other + k - size
-                add_line(influence, n, across, d, jacobian[n, k], blocks)
+            d = first + k if k < size else other + k - size
+            if across[d, n] != 0.0:
+                add_line(influence, n, across, d, across[d, n], blocks)
         own = influence[n, n] + goals[n, 4]
         lines[OWN, n] = own
         lines[INVERSE, n] = 1.0 / own if own > 1e-15 else 0.0
