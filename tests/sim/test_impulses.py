@@ -133,6 +133,7 @@ def test_weighed_entries_are_those_of_mujocos_inertia(blocks: int) -> None:
     solver = world.stepping.in_turn
     solver.prepare(model, data, world.timestep)
     mechanism, state, nv = solver._mechanism, solver._state, model.nv
+    assert mechanism is not None
     jacobian = rng.normal(size=(BLOCK * blocks, nv))
     expected = np.zeros_like(jacobian)
     mujoco.mj_solveM(model, data, expected, jacobian)
