@@ -397,23 +397,15 @@ class PhysicsScene:
     def shape_boxes(self) -> tuple[Any, Any, Any]:
         """Return boxes around shapes, whether these are parts of compounds, and radii of their edges."""
         world = self.world
-        links = (
-            (
-                shapes.collisions,
-                [geom.id for geom in built.geoms],
-                model.implicit_cylinder,
-                box.kind == "compound",
-                MARGIN if box.kind == "compound" else margin,
-            )
-            for number in self.bodies
-            for record in (self.ready(number, ""),)
-            for model in (record.model,)
-            for link, (shapes, built) in enumerate(
-                zip(model.description.links, record.body.built.links, strict=True)
-            )
-            for box, margin in (record.bounds(link - 1),)
-        )
-        return shape_boxes(world.live_model.ngeom, links)
+        bodies = []
+        for number in self.bodies:
+            record = self.ready(number, "")
+            bounds = [record.bounds(link - 1) for link in range(len(record.links))]
+            are_compounds = [box.kind == "compound" for box, _ in bounds]
+            margins = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
+            rows = [[geom.id for geom in built.geoms] for built in record.body.built.links]
+            bodies.append((record.shape_boxes, rows, are_compounds, margins))
+        return shape_boxes(world.live_model.ngeom, bodies)
 
     # -------------------------------------------------------------------------------------------------- time
 
