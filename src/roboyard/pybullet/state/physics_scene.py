@@ -79,6 +79,7 @@ class PhysicsScene:
         self.requested: dict[int, ConstraintRequest] = {}
         """Constraints of machine code that are not built yet, by id; one that is removed before never is."""
         self.world.constraints.before_entering = self.build_requested
+        self.world.constraints.before_reuse = self._keep_wrenches
         self.states: dict[int, Any] = {}
         self.state_contacts: dict[int, tuple[Contact, ...]] = {}
         """Contacts of saved states, where they have any."""
@@ -475,6 +476,11 @@ class PhysicsScene:
             mujoco.mj_rnePostConstraint(self.world.live_model, self.world.live_data)
             self._wrenches_known = True
         return self.world.live_data.cfrc_int
+
+    def _keep_wrenches(self) -> None:
+        """Compute reactions of the last step while MuJoCo's arrays have its constraints."""
+        if any(record.sensors for record in self.bodies.values()):
+            self.joint_wrenches()
 
     def flush_motors(self) -> None:
         """Apply pending motor commands to the World."""

@@ -206,7 +206,7 @@ class SequentialMotors:
         self._bundle = None
         if self._mechanism is None:
             trees = self._constraints.trees(model)
-            self._mechanism, places = _mechanism(model, list(world.body_by_id.values()), *trees)
+            self._mechanism, places = _mechanism(model, list(world.body_by_id.values()), self._constraints.equalities, *trees)
             self._state = _state(data)
             rows = max(len(self._solver.order), 16)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
@@ -231,6 +231,7 @@ class SequentialMotors:
 def _mechanism(
     model: Any,
     bodies: list[Body],
+    equalities: list[int],
     equality_tree: np.ndarray,
     equality_aux: np.ndarray,
     equality_site: np.ndarray,
@@ -240,7 +241,7 @@ def _mechanism(
     slot, limit_slot = np.full(nv, -1, np.int32), np.full(nv, -1, np.int32)
     equality_slot = np.full(model.neq, -1, np.int32)
     places = 0
-    for index, kind in solution_order(bodies, model, equality_tree):
+    for index, kind in solution_order(bodies, model, equalities, equality_tree):
         if kind == EQUALITY:
             equality_slot[index] = places
             places += r.EQUALITY_ROWS
@@ -358,7 +359,9 @@ def _aligned(rows: int, width: int) -> np.ndarray:
     return memory[start : start + rows * width].reshape(rows, width)
 
 
-def solution_order(bodies: list[Body], model: Any, equality_tree: np.ndarray) -> list[tuple[int, int]]:
+def solution_order(
+    bodies: list[Body], model: Any, equalities: list[int], equality_tree: np.ndarray
+) -> list[tuple[int, int]]:
     """Return joint limits, motors and equalities in Bullet's order: (dof or equality, kind).
 
     Each body has its limits when it is loaded and its motors then, joint by joint, constraints follow; Bullet
@@ -368,6 +371,7 @@ def solution_order(bodies: list[Body], model: Any, equality_tree: np.ndarray) ->
     Args:
         bodies: in the order in which they were loaded.
         model: MjModel.
+        equalities: rows of constraints, in the order in which these were made.
         equality_tree: (neq, 2) trees, -1 for none, -2 for equalities that MuJoCo solves.
     """
     body_of = {
@@ -376,7 +380,7 @@ def solution_order(bodies: list[Body], model: Any, equality_tree: np.ndarray) ->
     body_of.pop(-1, None)
     group = list(range(len(bodies)))
     members: list[tuple[int, int]] = []
-    for equality, (a, b) in enumerate(equality_tree.tolist()):
+    for equality, (a, b) in zip(equalities, equality_tree[equalities].tolist(), strict=True):
         ends = [body_of[tree] for tree in (a, b) if tree in body_of]
         if ends:
             members.append((ends[0], equality))
