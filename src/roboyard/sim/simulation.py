@@ -123,7 +123,7 @@ class Simulation(Engine[Body]):
     def constraints_changed(self) -> None:
         """Note that a constraint came or went without a compile."""
         self.stepping.refresh()
-        self.stepping.in_turn.invalidate()
+        self.stepping.in_turn.note_constraints()
 
     def _complete_spec(self) -> None:
         self.constraints.complete_spec()
