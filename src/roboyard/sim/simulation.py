@@ -127,12 +127,14 @@ class Simulation(Engine[Body]):
 
     def _complete_spec(self) -> None:
         self.constraints.complete_spec()
+        self.filters.complete_spec()
 
-    def _delete_spares(self) -> None:
-        self.constraints.delete_spares()
+    def _delete_inactive_rows(self) -> None:
+        self.constraints.delete_inactive()
+        self.filters.complete_spec()
 
     def restore_active(self, active: np.ndarray, since: int) -> None:
-        """Correct which constraints were active by those that came and went; see `Constraints`."""
+        """Correct (neq,) which constraints were active by those that came or went; see `Constraints`."""
         self.constraints.restore_active(active, since)
 
     @property

@@ -31,7 +31,7 @@ STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 LARGEST_FORCE = 1e10
 """Largest force of a constraint without a bound (N or N m), where rows are solved in turn."""
 _WELDED = ("weld", "slide")
-MOST_SPARES = 8
+MOST_INACTIVE = 8
 """Largest number of inactive constraints of each size that a compile keeps."""
 _PACK_POSITION, _PACK_QUATERNION = Struct("3d").pack_into, Struct("4d").pack_into
 _ROWS = {"weld": 6, "slide": 6, "point": 3, "gear": 1}
@@ -89,7 +89,7 @@ class Constraints:
         """Called before new constraints enter the spec: adds those that other layers have not added yet."""
         self.before_reuse: Callable[[], None] | None = None
         """Called before rows of a removed constraint become another's, while they hold the last step."""
-        self._spares: dict[bool, list[Elements]] = {False: [], True: []}
+        self._inactive: dict[bool, list[Elements]] = {False: [], True: []}
         """Elements of removed constraints in the spec, inactive, by whether these were points."""
         self._positions: Any = None
         self._quaternions: Any = None
@@ -290,21 +290,21 @@ class Constraints:
         """Add new constraints to the spec, before it is compiled or read."""
         if self.before_entering is not None:
             self.before_entering()
-        spares, spec = self._spares, self._world.raw_spec
+        inactive, spec = self._inactive, self._world.raw_spec
         for constraint in self._new:
             self._enter(constraint)
         self._new.clear()
-        for found in spares.values():
-            for elements in found[MOST_SPARES:]:
+        for found in inactive.values():
+            for elements in found[MOST_INACTIVE:]:
                 _delete(spec, elements)
-            del found[MOST_SPARES:]
+            del found[MOST_INACTIVE:]
             for element, _, _ in found:
                 element.active = False
 
     def complete_spec(self) -> None:
         """Put all frames on their links in the spec, and delete what is inactive, before the spec is read."""
         self.enter_new()
-        self.delete_spares()
+        self.delete_inactive()
         world, spec = self._world, self._world.raw_spec
         moved = [c for c in self._by_id.values() if c.frames is not None and not c.is_in_place]
         for constraint in moved:
@@ -320,18 +320,18 @@ class Constraints:
         if moved:
             world.mark_stale()
 
-    def delete_spares(self) -> None:
+    def delete_inactive(self) -> None:
         """Delete what is inactive from the spec, before MuJoCo's arrays are read by others."""
-        if not (self._spares[False] or self._spares[True]):
+        if not (self._inactive[False] or self._inactive[True]):
             return
-        for found in self._spares.values():
+        for found in self._inactive.values():
             for elements in found:
                 _delete(self._world.raw_spec, elements)
             found.clear()
         self._world.mark_stale()
 
     def _enter(self, constraint: Constraint) -> None:
-        found = self._spares[constraint.kind == "point"]
+        found = self._inactive[constraint.kind == "point"]
         if found:
             constraint.element, constraint.site_a, constraint.site_b = found.pop()
             constraint.element.active = True
@@ -360,7 +360,7 @@ class Constraints:
 
     def _reuse(self, constraint: Constraint, max_force: float) -> bool:
         """Let a new constraint have the rows of a removed one; return whether there were any."""
-        found = self._spares[constraint.kind == "point"]
+        found = self._inactive[constraint.kind == "point"]
         if not found:
             return False
         world = self._world
@@ -451,7 +451,7 @@ class Constraints:
             return
         row = constraint.rows[0 if side == "a" else 1]
         if place is not None:
-            x, y, z = place
+            x, y, z = np.asarray(place).tolist() if type(place) is not tuple else place
             _PACK_POSITION(self._positions, 24 * row, x, y, z)
         if turn is not None:
             i, j, k, w = turn
@@ -501,7 +501,7 @@ class Constraints:
         self._bounds = None
         elements = constraint.element, constraint.site_a, constraint.site_b
         if constraint.frames is not None and not constraint.is_in_place:
-            self._spares[constraint.kind == "point"].append(elements)
+            self._inactive[constraint.kind == "point"].append(elements)
             if not world.is_stale:
                 model, number = world.live_model, constraint.element.id
                 world.live_data.eq_active[number] = model.eq_active0[number] = False
@@ -539,7 +539,7 @@ class Constraints:
         for constraint in self._by_id.values():
             if constraint.frames is not None and constraint.element is not None:
                 self._write(constraint, model, data)
-        self._deactivate_spares(data.eq_active)
+        self._write_inactive(data.eq_active)
 
     def restore_active(self, active: np.ndarray, since: int) -> None:
         """Correct (neq,) which constraints were active at an earlier moment by those that came and went.
@@ -551,10 +551,10 @@ class Constraints:
         for constraint in self._by_id.values():
             if constraint.id >= since and constraint.element is not None:
                 active[constraint.element.id] = True
-        self._deactivate_spares(active)
+        self._write_inactive(active)
 
-    def _deactivate_spares(self, active: np.ndarray) -> None:
-        for found in self._spares.values():
+    def _write_inactive(self, active: np.ndarray) -> None:
+        for found in self._inactive.values():
             for element, _, _ in found:
                 active[element.id] = False
 

@@ -209,7 +209,9 @@ class SequentialMotors:
         solver = self._solver
         if rows > len(solver.order):
             lengths = (len(a) for a in (self._state.qvel, solver.wrenches, solver.taken))
-            keeps = {name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules", "places")}
+            keeps = {
+                name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules", "places")
+            }
             self._solver = _solver(2 * rows, *lengths, entries=self._width)._replace(**keeps)
         self._surface = self._surface._replace(base=self._surfaces.normal_references(len(self._solver.order)))
         self._bundle = None
@@ -250,7 +252,6 @@ class SequentialMotors:
         rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
         rules[r.IS_BOUNDED], rules[r.SLOP] = self._largest is not None, profile.contact_slop
         self._known = world.revision, timestep, profile, motors
-
 
     def _order(
         self,
@@ -294,41 +295,41 @@ def _mechanism(model: Any) -> r.Mechanism:
     """Return the arrays of a model, without the order of solution."""
     nv, neq = model.nv, model.neq
     return r.Mechanism(
-            geom_type=model.geom_type,
-            geom_body=model.geom_bodyid,
-            geom_tree=model.body_treeid[model.geom_bodyid].astype(np.int32),
-            geom_weld=model.body_weldid[model.geom_bodyid].astype(np.int32),
-            contype=model.geom_contype,
-            conaffinity=model.geom_conaffinity,
-            excluded=model.exclude_signature,
-            dof_tree=model.dof_treeid,
-            dof_joint=model.dof_jntid,
-            dof_body=model.dof_bodyid,
-            joint_dof=model.jnt_dofadr,
-            joint_type=model.jnt_type,
-            joint_qpos=model.jnt_qposadr,
-            limits=model.jnt_range,
-            body_parent=model.body_parentid,
-            body_root=model.body_rootid,
-            body_dof=model.body_dofadr,
-            body_dofs=model.body_dofnum,
-            mass=model.body_mass,
-            inertia=model.body_inertia,
-            tree_dof=model.tree_dofadr,
-            tree_dofs=model.tree_dofnum,
-            factor_count=model.M_rownnz,
-            factor_start=model.M_rowadr,
-            factor_column=model.M_colind,
-            slot=np.full(nv, -1, np.int32),
-            limit_slot=np.full(nv, -1, np.int32),
-            equality_order=np.full(neq, -1, np.int32),
-            equality_slot=np.full(neq, -1, np.int32),
-            equality_tree=np.full((neq, 2), -2, np.int32),
-            equality_aux=np.full(neq, -1, np.int32),
-            equality_site=np.full((neq, 2), -1, np.int32),
-            site_body=model.site_bodyid,
-            equality_bound=np.zeros((neq, 2)),
-            equality_share=np.zeros(neq),
+        geom_type=model.geom_type,
+        geom_body=model.geom_bodyid,
+        geom_tree=model.body_treeid[model.geom_bodyid].astype(np.int32),
+        geom_weld=model.body_weldid[model.geom_bodyid].astype(np.int32),
+        contype=model.geom_contype,
+        conaffinity=model.geom_conaffinity,
+        excluded=model.exclude_signature,
+        dof_tree=model.dof_treeid,
+        dof_joint=model.dof_jntid,
+        dof_body=model.dof_bodyid,
+        joint_dof=model.jnt_dofadr,
+        joint_type=model.jnt_type,
+        joint_qpos=model.jnt_qposadr,
+        limits=model.jnt_range,
+        body_parent=model.body_parentid,
+        body_root=model.body_rootid,
+        body_dof=model.body_dofadr,
+        body_dofs=model.body_dofnum,
+        mass=model.body_mass,
+        inertia=model.body_inertia,
+        tree_dof=model.tree_dofadr,
+        tree_dofs=model.tree_dofnum,
+        factor_count=model.M_rownnz,
+        factor_start=model.M_rowadr,
+        factor_column=model.M_colind,
+        slot=np.full(nv, -1, np.int32),
+        limit_slot=np.full(nv, -1, np.int32),
+        equality_order=np.full(neq, -1, np.int32),
+        equality_slot=np.full(neq, -1, np.int32),
+        equality_tree=np.full((neq, 2), -2, np.int32),
+        equality_aux=np.full(neq, -1, np.int32),
+        equality_site=np.full((neq, 2), -1, np.int32),
+        site_body=model.site_bodyid,
+        equality_bound=np.zeros((neq, 2)),
+        equality_share=np.zeros(neq),
     )
 
 
