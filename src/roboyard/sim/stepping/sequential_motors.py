@@ -62,8 +62,8 @@ class SequentialMotors:
         """Most degrees of freedom that a row moves."""
         self._bundle: Any = None
         """All of these as one argument of compiled loops; None where one is another now."""
-        self._parts: list[BodyParts] = []
-        """Limits and motors of each body, as long as there is a mechanism."""
+        self._parts: list[BodyParts] | None = None
+        """Limits and motors of each body; None where bodies came or went."""
         self._is_ordered = False
         """Whether the order of solution has all constraints."""
         self._known: tuple[Any, ...] = ()
@@ -89,8 +89,14 @@ class SequentialMotors:
         self._known = ()
 
     def invalidate(self) -> None:
-        """Note that MuJoCo's arrays are new, or that bodies were added or removed."""
-        self._mechanism = None
+        """Note that MuJoCo's arrays are new."""
+        self._mechanism = self._parts = None
+        self._known = ()
+
+    def note_bodies(self) -> None:
+        """Note that bodies were added or removed; where MuJoCo's arrays stay, the order alone is another."""
+        self._parts = None
+        self._is_ordered = False
         self._known = ()
 
     def note_constraints(self) -> None:
@@ -221,8 +227,6 @@ class SequentialMotors:
         trees = None
         if self._mechanism is None:
             trees = self._constraints.trees(model)
-            bodies = list(world.body_by_id.values())
-            self._parts = [parts_of(body, model) for body in bodies]
             self._mechanism = _mechanism(model)
             self._state = _state(data)
             rows = max(len(self._solver.order), 16)
@@ -267,6 +271,9 @@ class SequentialMotors:
             values[:] = -1
         equalities = self._constraints.equalities
         places = 0
+        if self._parts is None:
+            model = self._world.live_model
+            self._parts = [parts_of(body, model) for body in self._world.body_by_id.values()]
         for index, kind in solution_order(self._parts, equalities, equality_tree):
             if kind == EQUALITY:
                 equality_slot[index] = places
