@@ -294,6 +294,7 @@ def alternated(p: Any, robot: int, arm: int, cube: int) -> Calls:
 def loops(p: Any, robot: int, arm: int, cube: int) -> Calls:
     """Return name to call of what programs repeat, with steps between creating and removing."""
     box, zero = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1]), [0, 0, 0]
+    p.setCollisionFilterGroupMask(cube, -1, 1, -1)  # as before `alternated`
 
     def body() -> None:
         made = p.createMultiBody(1, box, -1, [3, 3, 1])
