@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import importlib.util
+import itertools
 import json
 import re
 import resource
@@ -50,11 +51,11 @@ def main() -> None:
             done = subprocess.run(command, capture_output=True, text=True, check=True)
             for name, figure in json.loads(done.stdout.splitlines()[-1]).items():
                 rows.setdefault(name, {}).setdefault(side, []).append(figure)
-    print(f"{'call':<36}{'Roboyard':>10}{'PyBullet':>10}{'ratio':>8}")
+    print(f"{'call':<48}{'Roboyard':>10}{'PyBullet':>10}{'ratio':>8}")
     for name, figures in rows.items():
         ours = statistics.median(figures["roboyard.pybullet"])
         theirs = statistics.median(figures["pybullet"]) if "pybullet" in figures else float("nan")
-        print(f"{name:<36}{ours:>10.3f}{theirs:>10.3f}{ours / theirs:>8.2f}")
+        print(f"{name:<48}{ours:>10.3f}{theirs:>10.3f}{ours / theirs:>8.2f}")
 
 
 def measure(side: str, only: str) -> dict[str, float]:
@@ -71,7 +72,7 @@ def measure(side: str, only: str) -> dict[str, float]:
     arm = p.loadURDF("kuka_iiwa/model.urdf", [2, 0, 0], useFixedBase=True)
     cube = p.loadURDF("cube_small.urdf", [1, 0, 1])
     p.stepSimulation()
-    for table in (transforms, getters, queries, commands, pairs):
+    for table in (transforms, getters, queries, commands, alternated, pairs, loops):
         for name, call in table(p, robot, arm, cube).items():
             if re.search(only, name):
                 found[name] = cost(call)
@@ -259,6 +260,77 @@ def commands(p: Any, robot: int, arm: int, cube: int) -> Calls:
         "submitProfileTiming": lambda: p.submitProfileTiming("event"),
         "configureDebugVisualizer": lambda: p.configureDebugVisualizer(p.COV_ENABLE_GUI, 0),
         "resetDebugVisualizerCamera": lambda: p.resetDebugVisualizerCamera(2, 30, -20, v),
+    }
+
+
+def alternated(p: Any, robot: int, arm: int, cube: int) -> Calls:
+    """Return name to call of commands that give another value each time."""
+    zero, turns = [0, 0, 0], itertools.cycle((0, 1))
+    held = p.createConstraint(cube, -1, -1, -1, p.JOINT_FIXED, zero, zero, [1, 0, 1])
+
+    def reset_and_read() -> None:
+        p.resetJointState(arm, 2, 0.1 * next(turns))
+        p.getLinkState(arm, 6)
+
+    def filter_and_step() -> None:
+        on = next(turns)
+        p.setCollisionFilterGroupMask(cube, -1, on, on)
+        p.stepSimulation()
+
+    return {
+        "changeDynamics, friction alternated": lambda: p.changeDynamics(
+            cube, -1, lateralFriction=0.4 + 0.1 * next(turns)
+        ),
+        "changeDynamics, mass alternated": lambda: p.changeDynamics(cube, -1, mass=0.1 + 0.1 * next(turns)),
+        "changeConstraint, moved": lambda: p.changeConstraint(held, [1, 0, 1 + 0.1 * next(turns)]),
+        "resetJointState, getLinkState": reset_and_read,
+        "setCollisionFilterGroupMask, mask alternated": lambda: p.setCollisionFilterGroupMask(
+            cube, -1, 1, next(turns)
+        ),
+        "setCollisionFilterGroupMask, off and on, step": filter_and_step,
+    }
+
+
+def loops(p: Any, robot: int, arm: int, cube: int) -> Calls:
+    """Return name to call of what programs repeat, with steps between creating and removing."""
+    box, zero = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1]), [0, 0, 0]
+    p.setCollisionFilterGroupMask(cube, -1, 1, -1)  # as before `alternated`
+
+    def body() -> None:
+        made = p.createMultiBody(1, box, -1, [3, 3, 1])
+        p.stepSimulation()
+        p.removeBody(made)
+        p.stepSimulation()
+
+    def constraint() -> None:
+        made = p.createConstraint(cube, -1, -1, -1, p.JOINT_POINT2POINT, zero, zero, [1, 0, 1])
+        p.stepSimulation()
+        p.removeConstraint(made)
+        p.stepSimulation()
+
+    def grasp() -> None:
+        made = p.createConstraint(arm, 6, cube, -1, p.JOINT_FIXED, zero, [0, 0, 0.1], zero)
+        p.stepSimulation()
+        p.removeConstraint(made)
+        p.stepSimulation()
+
+    def cubes() -> None:
+        p.resetSimulation()
+        for k in range(5):
+            p.loadURDF("cube_small.urdf", [k, 0, 1])
+        p.stepSimulation()
+
+    def robots() -> None:
+        p.resetSimulation()
+        p.loadURDF("cartpole.urdf")
+        p.stepSimulation()
+
+    return {
+        "createConstraint, step, removed, step": constraint,
+        "createConstraint to an arm, step, removed, step": grasp,
+        "createMultiBody, step, removed, step": body,
+        "resetSimulation, 5 cubes, step": cubes,
+        "resetSimulation, cartpole, step": robots,
     }
 
 

@@ -205,3 +205,72 @@ def test_a_moved_frame_stays_where_it_is_through_compiles(profile):
         world.constraints.set_frame(held, "b", (np.nan, 0, 0))
     world.step(480)
     np.testing.assert_allclose(box.position, [0.1, 0.2, 1], atol=5e-3)
+
+
+@PROFILES
+def test_rows_of_a_removed_constraint_serve_the_next_one_without_a_compile(profile):
+    world = World(profile=profile)
+    boxes = [world.add_box((0.2, 0.2, 0.2), (x, 0, 5), mass=1.0) for x in (0, 2, 4)]
+    world.step()
+    held = world.constraints.add_weld(boxes[0].links[0], None, position_b=(0, 0, 5))
+    world.step(20)
+    revision, model = world.revision, world.live_model
+    for box in (boxes[1], boxes[2], boxes[0]):
+        world.constraints.remove(held)
+        start, speed = world.time, np.array([b.velocity[0][2] for b in boxes])
+        world.step(24)
+        fallen = np.array([b.velocity[0][2] for b in boxes]) - speed
+        np.testing.assert_allclose(fallen, -9.81 * (world.time - start), rtol=2e-2)
+        place, turn = box.pose
+        held = world.constraints.add_weld(box.links[0], None, position_b=place, orientation_b=turn)
+        assert not world.is_stale
+        assert not np.any(world.constraints.applied(held))
+        world.step(240)
+        np.testing.assert_allclose(box.position, place, atol=2e-2)
+        assert world.constraints.applied(held)[2] == pytest.approx(9.81, rel=1e-2)
+    assert world.revision == revision and world.live_model is model
+    assert [equality.name for equality in world.spec.equalities] == [f"constraint{held.id}"]
+    assert world.spec.site(f"constraint{held.id}/a").parent.name == boxes[0].links[0]._built.element.name
+    place = boxes[0].position
+    world.step(24)
+    np.testing.assert_allclose(boxes[0].position, place, atol=1e-3)
+    world.constraints.remove(held)
+    assert world.model.neq == world.model.nsite == 0
+
+
+def test_a_restored_state_neither_brings_back_a_removed_constraint_nor_drops_a_new_one():
+    world = World(profile=BULLET)
+    boxes = [world.add_box((0.2, 0.2, 0.2), (x, 0, 5), mass=1.0) for x in (0, 2)]
+    first, second = (
+        world.constraints.add_point(box.links[0], None, position_b=(x, 0, 5))
+        for box, x in zip(boxes, (0, 2), strict=True)
+    )
+    world.step()
+    held = world.save_state()
+    world.constraints.remove(first)
+    free = world.save_state()
+    world.restore_state(held)
+    world.step(48)
+    assert boxes[0].position[2] < 4.9 and boxes[1].position[2] == pytest.approx(5.0, abs=1e-3)
+    world.restore_state(held)
+    world.constraints.add_point(boxes[0].links[0], None, position_b=(0, 0, 5))
+    world.restore_state(free)
+    world.step(48)
+    np.testing.assert_allclose([box.position[2] for box in boxes], 5.0, atol=1e-3)
+    world.constraints.remove(second)
+    world.step(48)
+    assert boxes[1].position[2] < 4.9
+
+
+def test_a_body_whose_constraint_ended_can_be_removed():
+    for profile in (BULLET, None):
+        world = World() if profile is None else World(profile=profile)
+        a, b = (world.add_box((0.2, 0.2, 0.2), (x, 0, 5), mass=1.0) for x in (0, 2))
+        held = world.constraints.add_point(a.links[0], None, position_b=(0, 0, 5))
+        world.step()
+        world.constraints.remove(held)
+        world.remove(a)
+        world.step()
+        world.constraints.add_point(b.links[0], None, position_b=(2, 0, 5))
+        world.step(48)
+        np.testing.assert_allclose(b.position, [2, 0, 5], atol=1e-2)

@@ -248,7 +248,7 @@ def test_sliding_rows_are_those_of_points_on_the_surface() -> None:
 def test_tables_begin_at_lines_of_the_cache(rows: int) -> None:
     """Else an access to four numbers may need two lines, which takes a tenth of some steps."""
     for _ in range(5):
-        solver = sequential_motors._solver(rows, nv=7, bodies=4, trees=2, places=9, entries=7)
+        solver = sequential_motors._solver(rows, nv=7, bodies=4, trees=2, entries=7)
         for table in (solver.across, solver.influence, solver.lines):
             assert table.ctypes.data % 64 == 0 and table.shape[1] % BLOCK == 0
             assert table.flags.c_contiguous and not table.any()

@@ -134,8 +134,27 @@ class Engine(Generic[BodyT]):
         """Return the parts, beside bodies, that refer to each other without passing through the world."""
         return ()
 
+    def constraints_changed(self) -> None:
+        """Note that a constraint came or went without a compile."""
+
+    def restore_active(self, active: np.ndarray, since: int) -> None:
+        """Correct (neq,) which constraints were active by those that came or went since.
+
+        Args:
+            active: (neq,) of an earlier moment.
+            since: first id of the constraints that came since.
+        """
+
+    @property
+    def next_constraint(self) -> int:
+        """The id that the next constraint gets."""
+        return 0
+
     def _complete_spec(self) -> None:
         """Add what is not in the spec yet."""
+
+    def _delete_inactive_rows(self) -> None:
+        """Delete inactive constraints and exclusions from the spec."""
 
     def _before_compile(self) -> None:
         """Make the last edits of the spec."""
@@ -157,6 +176,7 @@ class Engine(Generic[BodyT]):
     def model(self) -> Any:
         """The compiled `mujoco.MjModel`; a new object after each structural edit."""
         self.pool.clear()
+        self._delete_inactive_rows()
         self.show_triangles()
         return self.live_model
 
@@ -164,15 +184,23 @@ class Engine(Generic[BodyT]):
     def data(self) -> Any:
         """The `mujoco.MjData` of `model`; after writing into it call `mark_moved`."""
         self.pool.clear()
+        self._delete_inactive_rows()
         self.show_triangles()
         return self.live_data
+
+    @property
+    def model_of_bodies(self) -> Any:
+        """`model`, but with the rows of inactive constraints."""
+        self.pool.clear()
+        self.show_triangles()
+        return self.live_model
 
     @property
     def live_model(self) -> Any:
         """The MjModel that is stepped.
 
-        Unlike `model` it may have rows of inactive bodies, and lack the geoms with all triangles of concave
-        meshes.
+        Unlike `model` it may have rows of inactive bodies and constraints, and lack the geoms with all
+        triangles of concave meshes.
         """
         if self.is_stale:
             self.ensure_compiled()

@@ -120,11 +120,30 @@ class Simulation(Engine[Body]):
     def _parts_in_cycles(self) -> Sequence[object]:
         return (self.motors,)
 
+    def constraints_changed(self) -> None:
+        """Note that a constraint came or went without a compile."""
+        self.stepping.refresh()
+        self.stepping.in_turn.note_constraints()
+
     def _complete_spec(self) -> None:
-        self.constraints.enter_new()
+        self.constraints.complete_spec()
+        self.filters.complete_spec()
+
+    def _delete_inactive_rows(self) -> None:
+        self.constraints.delete_inactive()
+        self.filters.complete_spec()
+
+    def restore_active(self, active: np.ndarray, since: int) -> None:
+        """Correct (neq,) which constraints were active by those that came or went; see `Constraints`."""
+        self.constraints.restore_active(active, since)
+
+    @property
+    def next_constraint(self) -> int:
+        """The id that the next constraint gets."""
+        return self.constraints.next_id
 
     def _before_compile(self) -> None:
-        self._complete_spec()
+        self.constraints.enter_new()
         self.filters.write()
 
     def _after_compile(self) -> None:

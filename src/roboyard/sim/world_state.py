@@ -22,6 +22,8 @@ class WorldState:
     """Positions, velocities, activations, controls, pending forces, warm start."""
     equalities: Array
     """(neq,) whether each constraint is active; of the moment where constraints came or went since."""
+    next_constraint: int
+    """Id of the first constraint that came since."""
     static_positions: Array
     static_quaternions: Array
     signature: tuple[int, ...]
@@ -47,16 +49,18 @@ def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
     world.ensure_compiled()
     world.wrenches.find()
     kind = _kind()
-    values = np.empty(mujoco.mj_stateSize(world.model, kind))
-    mujoco.mj_getState(world.model, world.data, values, kind)
+    model = world.model_of_bodies
+    values = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, world.live_data, values, kind)
     return WorldState(
         values=values,
-        equalities=world.data.eq_active.copy(),
-        static_positions=world.model.body_pos.copy(),
-        static_quaternions=world.model.body_quat.copy(),
+        equalities=world.live_data.eq_active.copy(),
+        next_constraint=world.next_constraint,
+        static_positions=model.body_pos.copy(),
+        static_quaternions=model.body_quat.copy(),
         signature=tuple(world.body_by_id),
         has_forces=(world.wrenches.pushed, world.wrenches.pending),
-        friction=world.model.geom_friction.copy(),
+        friction=model.geom_friction.copy(),
         contacts=contacts,
     )
 
@@ -71,8 +75,8 @@ def restore(world: Engine[Body], state: WorldState) -> None:
 
     kind, kept = _kind(), world.kept_poses
     if kept is None or world.is_stale or world.pool.is_used or state.fits[0] != world.revision:
-        model = world.model  # inactive bodies are deleted
-        kept = world.kept_poses = model.body_pos, model.body_quat, world.data.eq_active
+        model = world.model_of_bodies  # inactive ones are deleted
+        kept = world.kept_poses = model.body_pos, model.body_quat, world.live_data.eq_active
         if state.fits[0] != world.revision:
             _check(world, state, mujoco.mj_stateSize(model, kind))
     mujoco.mj_setState(world.live_model, world.live_data, state.values, kind)
@@ -81,6 +85,7 @@ def restore(world: Engine[Body], state: WorldState) -> None:
     # bytes are much faster than arrays
     if len(state.equalities) == len(active) and active.tobytes() != known_active:
         active[:] = state.equalities
+        world.restore_active(active, state.next_constraint)
     wrenches = world.wrenches
     wrenches.pushed, wrenches.pending = state.has_forces
     if state.friction is not None:
@@ -124,7 +129,7 @@ def _kind() -> int:
 
 def _restore_friction(world: Engine[Body], saved: Array) -> None:
     """Write (ngeom, 3) coefficients of friction where they differ, for the next compile as well."""
-    model = world.model
+    model = world.live_model
     changed = (model.geom_friction != saved).any(axis=1)
     if not changed.any():
         return

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from roboyard.description.model import Box, Collision, Cylinder, Heightfield, Mesh
+from roboyard._records import dataclass
+from roboyard.description.model import Box, Collision, Cylinder
 from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, local_bounds
 from roboyard.transforms import matrix_from_quaternion
 
@@ -20,6 +21,8 @@ SHARE = 0.02
 """Bullet's contact threshold, as a share of a shape's reach."""
 ENDLESS = 1e9
 """Half size (m) of the boxes of other shapes."""
+_ENDLESS = ENDLESS * np.eye(3)
+_UNKNOWN = np.concatenate([np.zeros((1, 3)), _ENDLESS])
 
 
 def contact_reaches(model: Any, bounds: Iterable[tuple[int, LinkBounds, float]]) -> np.ndarray:
@@ -43,8 +46,20 @@ def _reach(box: LinkBounds, margin: float) -> float:
     return float(SHARE * (np.linalg.norm(upper - lower) / 2 + np.linalg.norm(upper + lower) / 2))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ShapeBoxes:
+    """Boxes around all shapes of one body."""
+
+    boxes: np.ndarray
+    """(n, 4, 3) middle and three half axes of each box in the frame of its link (m)."""
+    edges: np.ndarray
+    """(n,) largest radius of the edges (m), 0 where a shape has none or its box is endless."""
+    counts: tuple[int, ...]
+    """Number of shapes of each link."""
+
+
 def shape_boxes(
-    geoms: int, links: Iterable[tuple[Sequence[Collision], Sequence[int], bool, bool, float]]
+    geoms: int, bodies: Iterable[tuple[ShapeBoxes, Sequence[Sequence[int]], Sequence[bool], Sequence[float]]]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (geoms, 4, 3) boxes around shapes, (geoms,) 1 for parts of compounds, (geoms,) radii of edges.
 
@@ -53,45 +68,64 @@ def shape_boxes(
 
     Args:
         geoms: number of geoms.
-        links: shapes of each link, their geoms, whether cylinders are exact, whether the link is a compound,
-            and the margin of its shapes (m), with which edges of boxes and cylinders are round.
+        bodies: boxes of each body; and of each of its links, the geoms, whether it is a compound, and the
+            margin of its shapes (m), with which edges of boxes and cylinders are round.
     """
     boxes, compound = np.zeros((geoms, 4, 3)), np.zeros(geoms, np.uint8)
-    boxes[:, 1:] = ENDLESS * np.eye(3)
+    boxes[:, 1:] = _ENDLESS
     rounding = np.zeros(geoms)
-    for shapes, rows, implicit_cylinder, is_compound, margin in links:
-        compound[list(rows)] = is_compound
-        if len(shapes) != len(rows):
-            continue
-        for shape, row in zip(shapes, rows, strict=True):
-            known = _box_of(shape, implicit_cylinder)
-            if known is not None:
-                boxes[row], least = known
-                if margin < least:
-                    rounding[row] = margin
+    places: list[int] = []
+    parts: list[int] = []
+    margins: list[float] = []
+    arrays: list[ShapeBoxes] = []
+    for found, links, are_compounds, link_margins in bodies:
+        if tuple(map(len, links)) != found.counts:
+            found = _without_unknown(found, links)
+        arrays.append(found)
+        for rows, is_compound, margin in zip(links, are_compounds, link_margins, strict=True):
+            places += rows
+            margins += [margin] * len(rows)
+            if is_compound:
+                parts += rows
+    if places:
+        boxes[places] = np.concatenate([found.boxes for found in arrays])
+        widths = np.array(margins)
+        rounding[places] = np.where(widths < np.concatenate([found.edges for found in arrays]), widths, 0.0)
+        compound[parts] = 1
     return boxes, compound, rounding
 
 
-_KNOWN = 256
-_known: dict[tuple[int, bool], tuple[Collision, tuple[np.ndarray, float] | None]] = {}
-"""Boxes of shapes without files, by the id of the shape, which is kept."""
+def body_boxes(links: Iterable[Sequence[Collision]], *, implicit_cylinder: bool) -> ShapeBoxes:
+    """Return the boxes of a body, from its links' shapes and whether cylinders are exact."""
+    boxes, edges, counts = [], [], []
+    for shapes in links:
+        counts.append(len(shapes))
+        for shape in shapes:
+            box, edge = _box_of(shape, implicit_cylinder)
+            boxes.append(box)
+            edges.append(edge)
+    return ShapeBoxes(np.array(boxes).reshape(-1, 4, 3), np.array(edges), tuple(counts))
 
 
-def _box_of(shape: Collision, implicit_cylinder: bool) -> tuple[np.ndarray, float] | None:
+def _without_unknown(found: ShapeBoxes, links: Sequence[Sequence[int]]) -> ShapeBoxes:
+    """Return endless boxes for the geoms of links that have more or fewer geoms than shapes."""
+    boxes, edges, first = [np.zeros((0, 4, 3))], [np.zeros(0)], 0
+    for rows, count in zip(links, found.counts, strict=True):
+        place = slice(first, first + count)
+        first += count
+        is_known = len(rows) == count
+        boxes.append(found.boxes[place] if is_known else np.array([_UNKNOWN] * len(rows)).reshape(-1, 4, 3))
+        edges.append(found.edges[place] if is_known else np.zeros(len(rows)))
+    return ShapeBoxes(np.concatenate(boxes), np.concatenate(edges), tuple(map(len, links)))
+
+
+def _box_of(shape: Collision, implicit_cylinder: bool) -> tuple[np.ndarray, float]:
     """Return the (4, 3) box around a shape and the largest radius of its edges (m), 0 where it has none."""
-    key = id(shape), implicit_cylinder
-    if key in _known:
-        return _known[key][1]
-    found = None
     corners = None if shape.concave else local_bounds(shape.geometry, implicit_cylinder=implicit_cylinder)
-    if corners is not None:
-        turn, box = matrix_from_quaternion(shape.origin.quaternion), np.empty((4, 3))
-        box[0] = np.asarray(shape.origin.position) + turn @ (corners[0] + corners[1]) / 2
-        box[1:] = ((corners[1] - corners[0]) / 2)[:, None] * turn.T
-        has_edges = isinstance(shape.geometry, Box | Cylinder)
-        found = box, float((corners[1] - corners[0]).min() / 2) if has_edges else 0.0
-    if not isinstance(shape.geometry, Mesh | Heightfield):
-        _known[key] = shape, found
-        while len(_known) > _KNOWN:
-            del _known[next(iter(_known))]
-    return found
+    if corners is None:
+        return _UNKNOWN, 0.0
+    turn, box = matrix_from_quaternion(shape.origin.quaternion), np.empty((4, 3))
+    box[0] = np.asarray(shape.origin.position) + turn @ (corners[0] + corners[1]) / 2
+    box[1:] = ((corners[1] - corners[0]) / 2)[:, None] * turn.T
+    has_edges = isinstance(shape.geometry, Box | Cylinder)
+    return box, float((corners[1] - corners[0]).min() / 2) if has_edges else 0.0

@@ -23,6 +23,7 @@ from roboyard.transforms import Array, conjugate, multiply, rotate
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
+    from roboyard.pybullet.bullet_rules.contact_reaches import ShapeBoxes
     from roboyard.pybullet.bullet_rules.link_trees import LinkTree
     from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds
     from roboyard.pybullet.face.arguments import Vector3
@@ -166,6 +167,7 @@ class BodyRecord:
         self.held: dict[int, float] = {}
         """Inertia of the motors of joints that are held because nothing beyond them has mass or inertia."""
         self._bounds: dict[int, LinkBounds] = {}
+        self._shape_boxes: ShapeBoxes | None = None
         self.collision_rows: dict[int, tuple[tuple[Any, ...], ...]] = {}
         """The fields of getCollisionShapeData by link, once they were asked for."""
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
@@ -251,6 +253,18 @@ class BodyRecord:
             found = self._bounds[link] = self.model.bounds_of(self.links[link + 1].frame, model.collisions)
         changed = self.links[link + 1].collision_margin
         return found, found.margin if changed is None or found.is_round else changed
+
+    @property
+    def shape_boxes(self) -> ShapeBoxes:
+        """The boxes around the shapes of all links, as files had them when the body was made."""
+        if self._shape_boxes is None:
+            from roboyard.pybullet.bullet_rules.contact_reaches import body_boxes
+
+            links = self.model.description.links
+            self._shape_boxes = body_boxes(
+                (link.collisions for link in links), implicit_cylinder=self.model.implicit_cylinder
+            )
+        return self._shape_boxes
 
     def movable(self) -> list[int]:
         """Return the joints of one degree of freedom or more, in order."""

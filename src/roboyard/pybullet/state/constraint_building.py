@@ -117,6 +117,7 @@ def remove(scene: ConstraintScene, record: ConstraintRecord) -> None:
         soft.release(anchor)
     made, record.made = record.made, None
     if made is not None:
+        scene.world.prepared.get("constraints", {}).pop(record.number, None)
         scene.world.constraints.remove(made)
 
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 Place = tuple[int, int]
 """Body and link; link -1 is the base."""
 STATIC_GROUP, DEFAULT_GROUP = 2, 1
+_MOVING, _STATIC = (DEFAULT_GROUP, -1), (STATIC_GROUP, ~STATIC_GROUP)
+"""Group and mask of links to which scripts gave none."""
 
 
 class PairFilters:
@@ -58,10 +60,17 @@ class PairFilters:
 
     def set_group(self, place: Place, group: int, mask: int) -> None:
         """Set the filter group and mask of a link, and update its pairs with all other links."""
-        if self._groups.get(place) == (group, mask):
+        old, new = self._groups.get(place), (group, mask)
+        if old == new:
             return
-        self._groups[place] = (group, mask)
+        self._groups[place] = new
+        # links without a filter of their own, of which there may be many
+        moving = old is not None and _collide(old, _MOVING) == _collide(new, _MOVING)
+        static = old is not None and _collide(old, _STATIC) == _collide(new, _STATIC)
+        filtered = {body for body, _ in self._groups} if moving else set()
         for body, record in self._bodies.items():
+            if moving and body not in filtered and (static or not record.model.fixed_base):
+                continue
             if body != place[0] or body in self._self_colliding:
                 self._apply_to(place, record)
 
@@ -136,7 +145,7 @@ class PairFilters:
         first, filters, number = self._link(*place), self._world.filters, record.number
         if first is None:
             return
-        group, mask = self.group_of(*place), self._mask_of(*place)
+        given, changed = (self.group_of(*place), self._mask_of(*place)), []
         for link, part in enumerate(record.model.links, start=-1):
             other, second = (number, link), record.link(link) if part.collisions else None
             if second is None or other == place:
@@ -144,11 +153,13 @@ class PairFilters:
             pair = (place, other) if place < other else (other, place)
             collide = self._pairs.get(pair)
             if collide is None:
-                collide = bool(group & self._mask_of(*other) or self.group_of(*other) & mask)
+                collide = _collide(given, (self.group_of(*other), self._mask_of(*other)))
             if collide and pair in self._never:
                 collide = False
             if filters.collides(first, second) != collide:
-                filters.set(first, second, collide=collide)
+                changed.append((first, second, collide))
+        if changed:
+            filters.set_all(changed)
 
     def _mask_of(self, body: int, link: int) -> int:
         given = self._groups.get((body, link))
@@ -170,6 +181,11 @@ class PairFilters:
     def _link(self, body: int, link: int) -> Link | None:
         record = self._bodies.get(body)
         return None if record is None else record.link(link)
+
+
+def _collide(one: tuple[int, int], other: tuple[int, int]) -> bool:
+    """Return whether two groups with masks let their links collide."""
+    return bool(one[0] & other[1] or other[0] & one[1])
 
 
 def taken_for_static(model: BodyModel) -> list[int]:

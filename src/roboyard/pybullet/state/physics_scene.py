@@ -79,6 +79,7 @@ class PhysicsScene:
         self.requested: dict[int, ConstraintRequest] = {}
         """Constraints of machine code that are not built yet, by id; one that is removed before never is."""
         self.world.constraints.before_entering = self.build_requested
+        self.world.constraints.before_reuse = self._keep_wrenches
         self.states: dict[int, Any] = {}
         self.state_contacts: dict[int, tuple[Contact, ...]] = {}
         """Contacts of saved states, where they have any."""
@@ -397,23 +398,15 @@ class PhysicsScene:
     def shape_boxes(self) -> tuple[Any, Any, Any]:
         """Return boxes around shapes, whether these are parts of compounds, and radii of their edges."""
         world = self.world
-        links = (
-            (
-                shapes.collisions,
-                [geom.id for geom in built.geoms],
-                model.implicit_cylinder,
-                box.kind == "compound",
-                MARGIN if box.kind == "compound" else margin,
-            )
-            for number in self.bodies
-            for record in (self.ready(number, ""),)
-            for model in (record.model,)
-            for link, (shapes, built) in enumerate(
-                zip(model.description.links, record.body.built.links, strict=True)
-            )
-            for box, margin in (record.bounds(link - 1),)
-        )
-        return shape_boxes(world.live_model.ngeom, links)
+        bodies = []
+        for number in self.bodies:
+            record = self.ready(number, "")
+            bounds = [record.bounds(link - 1) for link in range(len(record.links))]
+            are_compounds = [box.kind == "compound" for box, _ in bounds]
+            margins = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
+            rows = [[geom.id for geom in built.geoms] for built in record.body.built.links]
+            bodies.append((record.shape_boxes, rows, are_compounds, margins))
+        return shape_boxes(world.live_model.ngeom, bodies)
 
     # -------------------------------------------------------------------------------------------------- time
 
@@ -483,6 +476,11 @@ class PhysicsScene:
             mujoco.mj_rnePostConstraint(self.world.live_model, self.world.live_data)
             self._wrenches_known = True
         return self.world.live_data.cfrc_int
+
+    def _keep_wrenches(self) -> None:
+        """Compute reactions of the last step while MuJoCo's arrays have its constraints."""
+        if any(record.sensors for record in self.bodies.values()):
+            self.joint_wrenches()
 
     def flush_motors(self) -> None:
         """Apply pending motor commands to the World."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from roboyard.description.model import RobotDescription
@@ -20,6 +21,8 @@ class CollisionFilters:
     self-collision owns a code, a set of bits: its geoms have the code as contype and all other bits as
     conaffinity. So they do not collide with one another, but with all others: of two different sets, one is
     not within the other.
+
+    An exclusion that ends leaves its row in MuJoCo's arrays to the next one, without a compile.
     """
 
     def __init__(self, world: Engine[Body]) -> None:
@@ -30,6 +33,9 @@ class CollisionFilters:
         """Number of codes in use or free."""
         self._disabled: set[Key] = set()
         self._elements: dict[Key, Any] = {}
+        self._live: tuple[Any, list[int], dict[Key, int]] | None = None
+        """The MjModel whose exclusions were written last, those of its exclusions that are of files, and
+        MuJoCo's numbers of pairs."""
         self._owned: dict[int, int] = {}
         self._next: int | None = None
 
@@ -44,16 +50,53 @@ class CollisionFilters:
 
     def set(self, a: Link, b: Link, *, collide: bool) -> None:
         """Let two links collide, or not."""
-        key = _key(a, b)
-        if collide:
-            self._disabled.discard(key)
-        else:
-            self._disabled.add(key)
-        self._world.mark_stale()
+        self.set_all([(a, b, collide)])
+
+    def set_all(self, pairs: Iterable[tuple[Link, Link, bool]]) -> None:
+        """Let pairs of links collide, or not."""
+        world = self._world
+        known = not world.is_stale and self._look_up()
+        for a, b, collide in pairs:
+            (self._disabled.discard if collide else self._disabled.add)(_key(a, b))
+        if not known or not self._write_live():
+            world.mark_stale()
 
     def collides(self, a: Link, b: Link) -> bool:
         """Return whether a pair is not excluded."""
         return _key(a, b) not in self._disabled
+
+    def _look_up(self) -> bool:
+        """Look up the exclusions of files, while all others are known; return whether there are any rows."""
+        model = self._world.live_model
+        if not model.nexclude:
+            return False
+        if self._live is None or self._live[0] is not model:
+            others = model.exclude_signature.tolist()
+            self._live = model, others, {}
+            for key in self._disabled:
+                others.remove(self._signature(key))
+        return True
+
+    def _write_live(self) -> bool:
+        """Write all exclusions into MuJoCo's arrays; return False where they have too few rows."""
+        assert self._live is not None
+        model, others, _ = self._live
+        signatures = others + [self._signature(key) for key in self._disabled]
+        unused = model.nexclude - len(signatures)
+        if unused < 0:
+            return False
+        model.exclude_signature[:] = [*([0] * unused), *sorted(signatures)]  # MuJoCo needs them in order
+        return True
+
+    def _signature(self, key: Key) -> int:
+        """Return MuJoCo's number of a pair of bodies."""
+        assert self._live is not None
+        known = self._live[2]
+        if key not in known:
+            bodies = self._world.body_by_id
+            one, two = (int(bodies[body].built.links[link].element.id) for body, link in key)
+            known[key] = (min(one, two) << 16) + max(one, two)
+        return known[key]
 
     def assign_masks(self, body: Body) -> None:
         """Assign the masks returned last to the body that was added."""
@@ -71,12 +114,23 @@ class CollisionFilters:
         if code is not None:
             self._free_codes.append(code)
             self._free_codes.sort()
-        self._disabled = {key for key in self._disabled if body.id not in (key[0][0], key[1][0])}
+        kept = {key for key in self._disabled if body.id not in (key[0][0], key[1][0])}
+        if len(kept) < len(self._disabled):
+            known = not self._world.is_stale and self._look_up()
+            self._disabled = kept
+            if known:
+                self._write_live()
         self._sync()
 
     def write(self) -> None:
         """Update the spec's exclusions, before each compile."""
         self._sync()
+
+    def complete_spec(self) -> None:
+        """Update the spec's exclusions before the spec or MuJoCo's arrays are read."""
+        if self._elements.keys() != self._disabled:
+            self._sync()
+            self._world.mark_stale()
 
     def _sync(self) -> None:
         bodies, spec = self._world.body_by_id, self._world.raw_spec

@@ -1,4 +1,9 @@
-"""Constraints between links besides joints: welds, slides, points and gears, with force bounds."""
+"""Constraints between links besides joints: welds, slides, points and gears, with force bounds.
+
+In the spec that is compiled, the frames of welds, slides and points belong to the world; which link each is
+on, and where, is written into MuJoCo's arrays. So a constraint that is removed becomes inactive, and the next
+one of its size takes its rows, both without a compile. A spec that is read has all frames on their links.
+"""
 
 from __future__ import annotations
 
@@ -26,6 +31,8 @@ STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 LARGEST_FORCE = 1e10
 """Largest force of a constraint without a bound (N or N m), where rows are solved in turn."""
 _WELDED = ("weld", "slide")
+MOST_INACTIVE = 8
+"""Largest number of inactive constraints of each size that a compile keeps."""
 _PACK_POSITION, _PACK_QUATERNION = Struct("3d").pack_into, Struct("4d").pack_into
 _ROWS = {"weld": 6, "slide": 6, "point": 3, "gear": 1}
 """Number of rows of a constraint in MuJoCo's arrays."""
@@ -46,8 +53,12 @@ class Constraint:
     """Its equality in the spec; None before it is there."""
     site_a: Any = None
     site_b: Any = None
+    is_in_place: bool = False
+    """Whether the spec has its frames on their links."""
     frames: tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike] | None = None
-    """Position and orientation in each link, until it is in the spec; None for a gear."""
+    """Position and orientation in each link; None for a gear."""
+    rows: tuple[int, int] = (-1, -1)
+    """Rows of its frames in MuJoCo's arrays; -1 for a gear."""
     first_row: int = 0
     """Where its rows were in MuJoCo's arrays when they were last read."""
     max_force: float = np.inf
@@ -61,25 +72,8 @@ class Constraint:
     """Share of the profile's error reduction, where rows are solved in turn; 0 holds velocities alone."""
 
 
-class _Moved:
-    """A frame that has moved, in MuJoCo's arrays and not yet in the spec: to write there takes longer."""
-
-    __slots__ = ("orientation", "position", "row", "site")
-
-    def __init__(self, site: Any) -> None:
-        self.site = site
-        self.row = -1
-        """Its row in MuJoCo's arrays; -1 before it was looked up."""
-        self.position: Any = None
-        self.orientation: Any = None
-        """Quaternion x, y, z, w."""
-
-    def write(self) -> None:
-        """Write the frame to the spec."""
-        if self.position is not None:
-            self.site.pos = self.position
-        if self.orientation is not None:
-            self.site.quat = to_wxyz(self.orientation)
+Elements = tuple[Any, Any, Any]
+"""The equality and the sites of a constraint in the spec."""
 
 
 class Constraints:
@@ -93,8 +87,10 @@ class Constraints:
         """Those that are not in the spec yet; one that is removed before costs no compile."""
         self.before_entering: Callable[[], None] | None = None
         """Called before new constraints enter the spec: adds those that other layers have not added yet."""
-        self._moved: dict[tuple[int, str], _Moved] = {}
-        """Sites that have moved since they were written to the spec, by constraint and side."""
+        self.before_reuse: Callable[[], None] | None = None
+        """Called before rows of a removed constraint become another's, while they hold the last step."""
+        self._inactive: dict[bool, list[Elements]] = {False: [], True: []}
+        """Elements of removed constraints in the spec, inactive, by whether these were points."""
         self._positions: Any = None
         self._quaternions: Any = None
         """The memory of MuJoCo's positions and quaternions of sites."""
@@ -230,8 +226,8 @@ class Constraints:
                 raise RoboyardError(f"joint {joint.name!r} is {joint.type}; gears couple hinges and slides")
         _check_finite("the ratio", ratio)
         _check_force(max_force)
-        self.enter_new()  # rows are in the order of ids
-        name, spec = f"constraint{self._next}", self._world.spec
+        self.enter_new()
+        name, spec = f"constraint{self._next}", self._world.raw_spec
         names = [j._built.joint_elements[0].name for j in (joint_a, joint_b, against) if j is not None]
         tendon = None
         kind, of, first, second = mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtObj.mjOBJ_JOINT, names[0], names[1]
@@ -274,6 +270,8 @@ class Constraints:
         )
         _check_force(max_force)
         world = self._world
+        if not world.is_stale and self._reuse(constraint, max_force):
+            return constraint
         if not self._new:
             self._edits = -1 if world.is_stale else world.edits
         self._new.append(constraint)
@@ -292,24 +290,60 @@ class Constraints:
         """Add new constraints to the spec, before it is compiled or read."""
         if self.before_entering is not None:
             self.before_entering()
-        for moved in self._moved.values():
-            moved.write()
-        self._moved.clear()
+        inactive, spec = self._inactive, self._world.raw_spec
         for constraint in self._new:
             self._enter(constraint)
         self._new.clear()
+        for found in inactive.values():
+            for elements in found[MOST_INACTIVE:]:
+                _delete(spec, elements)
+            del found[MOST_INACTIVE:]
+            for element, _, _ in found:
+                element.active = False
+
+    def complete_spec(self) -> None:
+        """Put all frames on their links in the spec, and delete what is inactive, before the spec is read."""
+        self.enter_new()
+        self.delete_inactive()
+        world, spec = self._world, self._world.raw_spec
+        moved = [c for c in self._by_id.values() if c.frames is not None and not c.is_in_place]
+        for constraint in moved:
+            _delete(spec, (constraint.element, constraint.site_a, constraint.site_b))
+        for constraint in moved:
+            link_b = constraint.link_b
+            parent_b = spec.worldbody if link_b is None else link_b._built.element
+            self._add(constraint, constraint.link_a._built.element, parent_b)
+            constraint.is_in_place = True
+        for constraint in self._by_id.values():
+            if constraint.frames is not None:
+                _place(constraint)
+        if moved:
+            world.mark_stale()
+
+    def delete_inactive(self) -> None:
+        """Delete what is inactive from the spec, before MuJoCo's arrays are read by others."""
+        if not (self._inactive[False] or self._inactive[True]):
+            return
+        for found in self._inactive.values():
+            for elements in found:
+                _delete(self._world.raw_spec, elements)
+            found.clear()
+        self._world.mark_stale()
 
     def _enter(self, constraint: Constraint) -> None:
-        assert constraint.frames is not None
-        position_a, orientation_a, position_b, orientation_b = constraint.frames
-        spec, link_b, name = self._world.raw_spec, constraint.link_b, f"constraint{constraint.id}"
-        parent_b = spec.worldbody if link_b is None else link_b._built.element
-        constraint.site_a = constraint.link_a._built.element.add_site(
-            name=f"{name}/a", pos=position_a, quat=to_wxyz(normalized(orientation_a)), group=5
-        )
-        constraint.site_b = parent_b.add_site(
-            name=f"{name}/b", pos=position_b, quat=to_wxyz(normalized(orientation_b)), group=5
-        )
+        found = self._inactive[constraint.kind == "point"]
+        if found:
+            constraint.element, constraint.site_a, constraint.site_b = found.pop()
+            constraint.element.active = True
+            return
+        world_body = self._world.raw_spec.worldbody
+        self._add(constraint, world_body, world_body)
+
+    def _add(self, constraint: Constraint, parent_a: Any, parent_b: Any) -> None:
+        """Add the elements of a constraint to the spec, with its frames on these bodies."""
+        spec, name = self._world.raw_spec, f"constraint{constraint.id}"
+        constraint.site_a = parent_a.add_site(name=f"{name}/a", group=5)
+        constraint.site_b = parent_b.add_site(name=f"{name}/b", group=5)
         is_point = constraint.kind == "point"
         constraint.element = element = spec.add_equality(
             name=name,
@@ -323,7 +357,49 @@ class Constraints:
             data[10] = 1.0
             element.data = data
         _stiffen(element)
-        constraint.frames = None
+
+    def _reuse(self, constraint: Constraint, max_force: float) -> bool:
+        """Let a new constraint have the rows of a removed one; return whether there were any."""
+        found = self._inactive[constraint.kind == "point"]
+        if not found:
+            return False
+        world = self._world
+        if self.before_reuse is not None:
+            self.before_reuse()
+        constraint.element, constraint.site_a, constraint.site_b = found.pop()
+        constraint.element.active = True
+        constraint.max_force = max_force
+        self._by_id[constraint.id] = constraint
+        self._next += 1
+        model, data, number = world.live_model, world.live_data, constraint.element.id
+        model.eq_solref[number], model.eq_solimp[number] = STIFF_SOLREF, STIFF_SOLIMP
+        ours = data.efc_id[: data.ne] == number
+        data.efc_force[: data.ne][ours] = 0.0  # of the removed one
+        self._write(constraint, model, data)
+        self._changed()
+        return True
+
+    def _changed(self) -> None:
+        """Note that a constraint came or went without a compile."""
+        self._bounds = None
+        self._tuned_timestep = 0.0
+        self._world.mark_moved()
+        self._world.constraints_changed()
+
+    def _write(self, constraint: Constraint, model: Any, data: Any) -> None:
+        """Write the frames of a constraint into MuJoCo's arrays, and that it is active."""
+        assert constraint.frames is not None
+        link_b, number = constraint.link_b, constraint.element.id
+        rows = constraint.rows = constraint.site_a.id, constraint.site_b.id
+        owners = constraint.link_a._built.element.id, 0 if link_b is None else link_b._built.element.id
+        position_a, orientation_a, position_b, orientation_b = constraint.frames
+        for row, owner, position, orientation in (
+            (rows[0], owners[0], position_a, orientation_a),
+            (rows[1], owners[1], position_b, orientation_b),
+        ):
+            model.site_bodyid[row], model.site_sameframe[row] = owner, 0
+            model.site_pos[row], model.site_quat[row] = position, to_wxyz(normalized(orientation))
+        data.eq_active[number] = model.eq_active0[number] = True
 
     # --------------------------------------------------------------------------------------------- changing
 
@@ -360,54 +436,26 @@ class Constraints:
         Raises:
             RoboyardError: the constraint is a gear.
         """
-        if constraint.frames is not None:
-            self._set_new_frame(constraint, side, position, orientation)
-            return
-        site = constraint.site_a if side == "a" else constraint.site_b
-        if site is None:
+        frames = constraint.frames
+        if frames is None:
             raise RoboyardError(f"constraint {constraint.id} is a gear and has no frames")
-        place: Any = None if position is None else _position("a position", position)
-        turn = None if orientation is None else normalized(orientation).tolist()
-        key = (constraint.id, side)
-        moved = self._moved.get(key)
-        if moved is None:
-            moved = self._moved[key] = _Moved(site)
-        is_live = not self._world.is_stale
-        if is_live and moved.row < 0:
-            self._locate(moved)
-        if place is not None:
-            x, y, z = moved.position = place
-            if is_live:
-                _PACK_POSITION(self._positions, 24 * moved.row, x, y, z)
-        if turn is not None:
-            i, j, k, w = moved.orientation = turn
-            if is_live:
-                _PACK_QUATERNION(self._quaternions, 32 * moved.row, w, i, j, k)
-
-    def _locate(self, moved: _Moved) -> None:
-        """Look up the row of a site that moves, and the arrays of sites."""
-        model = self._world.live_model
-        moved.row = moved.site.id
-        self._positions, self._quaternions = model.site_pos.data, model.site_quat.data
-        model.site_sameframe[moved.row] = 0
-
-    @staticmethod
-    def _set_new_frame(
-        constraint: Constraint,
-        side: Literal["a", "b"],
-        position: ArrayLike | None,
-        orientation: ArrayLike | None,
-    ) -> None:
-        """Set the frame of a constraint that is not in the spec yet."""
-        assert constraint.frames is not None
-        frames = list(constraint.frames)
-        first = 0 if side == "a" else 2
-        if position is not None:
-            frames[first] = _position("a position", position)
-        if orientation is not None:
-            frames[first + 1] = _orientation(orientation)
+        place = None if position is None else _position("a position", position)
+        turn = None if orientation is None else _unit(orientation)
+        is_live = constraint.element is not None and not self._world.is_stale
         a, b, c, d = frames
-        constraint.frames = a, b, c, d
+        if side == "a":
+            constraint.frames = a if place is None else place, b if turn is None else turn, c, d
+        else:
+            constraint.frames = a, b, c if place is None else place, d if turn is None else turn
+        if not is_live:
+            return
+        row = constraint.rows[0 if side == "a" else 1]
+        if place is not None:
+            x, y, z = np.asarray(place).tolist() if type(place) is not tuple else place
+            _PACK_POSITION(self._positions, 24 * row, x, y, z)
+        if turn is not None:
+            i, j, k, w = turn
+            _PACK_QUATERNION(self._quaternions, 32 * row, w, i, j, k)
 
     def set_gear(self, constraint: Constraint, ratio: float, offset: float) -> None:
         """Couple positions as q_a = offset - ratio q_b; with a third joint as q_a = offset - ratio q_b + q_c.
@@ -448,16 +496,23 @@ class Constraints:
         if constraint in self._new:
             self._drop_new(constraint)
             return
-        spec = self._world.spec  # moved sites are written
-        spec.delete(constraint.element)
-        if constraint.tendon is not None:
-            spec.delete(constraint.tendon)
-        for site in (constraint.site_a, constraint.site_b):
-            if site is not None:
-                spec.delete(site)
+        world = self._world
         del self._by_id[constraint.id]
         self._bounds = None
-        self._world.mark_stale()
+        elements = constraint.element, constraint.site_a, constraint.site_b
+        if constraint.frames is not None and not constraint.is_in_place:
+            self._inactive[constraint.kind == "point"].append(elements)
+            if not world.is_stale:
+                model, number = world.live_model, constraint.element.id
+                world.live_data.eq_active[number] = model.eq_active0[number] = False
+                self._changed()
+            return
+        self.enter_new()
+        spec = world.raw_spec
+        _delete(spec, elements)
+        if constraint.tendon is not None:
+            spec.delete(constraint.tendon)
+        world.mark_stale()
 
     def _drop_new(self, constraint: Constraint) -> None:
         """Remove a constraint that is not in the spec yet; without other edits, none is compiled."""
@@ -476,11 +531,37 @@ class Constraints:
                 self.remove(constraint)
 
     def invalidate(self) -> None:
-        """Note that MuJoCo's arrays are new."""
-        for moved in self._moved.values():
-            moved.row = -1
+        """Write into MuJoCo's arrays, which are new."""
         self._bounds = None
         self._tuned_timestep = 0.0
+        model, data = self._world.live_model, self._world.live_data
+        self._positions, self._quaternions = model.site_pos.data, model.site_quat.data
+        for constraint in self._by_id.values():
+            if constraint.frames is not None and constraint.element is not None:
+                self._write(constraint, model, data)
+        self._write_inactive(data.eq_active)
+
+    def restore_active(self, active: np.ndarray, since: int) -> None:
+        """Correct (neq,) which constraints were active at an earlier moment by those that came and went.
+
+        Args:
+            active: MuJoCo's array.
+            since: first id of the constraints that came since.
+        """
+        for constraint in self._by_id.values():
+            if constraint.id >= since and constraint.element is not None:
+                active[constraint.element.id] = True
+        self._write_inactive(active)
+
+    def _write_inactive(self, active: np.ndarray) -> None:
+        for found in self._inactive.values():
+            for element, _, _ in found:
+                active[element.id] = False
+
+    @property
+    def next_id(self) -> int:
+        """The id that the next constraint gets."""
+        return self._next
 
     # --------------------------------------------------------------------------------------------- in a step
 
@@ -550,6 +631,11 @@ class Constraints:
             trees[equality] = found
         return trees, aux, places
 
+    @property
+    def equalities(self) -> list[int]:
+        """Rows of all constraints among MuJoCo's equalities, in the order in which they were added."""
+        return [constraint.element.id for constraint in self._by_id.values()]
+
     def bounds_and_shares(self, model: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return (neq, 2) bounds of rows, the last three of a weld's apart, and (neq,) shares.
 
@@ -617,6 +703,32 @@ def _orientation(values: ArrayLike) -> ArrayLike:
         if type(square) is float and 0.5 < square < 2.0:
             return values
     return normalized(np.array(values, dtype=float))
+
+
+def _unit(values: ArrayLike) -> tuple[float, float, float, float]:
+    """Return a quaternion (4,) of length 1."""
+    if type(values) is tuple and len(values) == 4:
+        x, y, z, w = values
+        length = math.sqrt(x * x + y * y + z * z + w * w)
+        if 0.5 < length < 2.0:
+            return (x / length, y / length, z / length, w / length)
+    i, j, k, r = normalized(values).tolist()
+    return i, j, k, r
+
+
+def _delete(spec: Any, elements: Elements) -> None:
+    """Delete the elements of a constraint from the spec."""
+    for element in elements:
+        if element is not None:
+            spec.delete(element)
+
+
+def _place(constraint: Constraint) -> None:
+    """Write the frames of a constraint into the spec."""
+    assert constraint.frames is not None
+    a, b, c, d = constraint.frames
+    constraint.site_a.pos, constraint.site_a.quat = a, to_wxyz(normalized(b))
+    constraint.site_b.pos, constraint.site_b.quat = c, to_wxyz(normalized(d))
 
 
 def _stiffen(element: Any) -> None:

@@ -10,11 +10,13 @@ files.
 
 from __future__ import annotations
 
+from operator import is_
 from typing import Any
 
 import numpy as np
 
 from roboyard._lazy import lazy_module
+from roboyard._records import dataclass
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
@@ -50,14 +52,20 @@ class SequentialMotors:
         self._rounds: int = world.profile.motor_rounds
         self._residual: float = world.profile.motor_residual
         self._largest: np.ndarray | None = None
+        self._unbounded = np.zeros(0)
+        """(nv,) infinite bounds."""
         self._mechanism: r.Mechanism | None = None
         self._state: Any = None
         self._surface: Any = None
-        self._solver = _solver(0, 0, 0, 0, 0, 0)
+        self._solver = _solver(0, 0, 0, 0, 0)
         self._width = 0
         """Most degrees of freedom that a row moves."""
         self._bundle: Any = None
         """All of these as one argument of compiled loops; None where one is another now."""
+        self._parts: list[BodyParts] | None = None
+        """Limits and motors of each body; None where bodies came or went."""
+        self._is_ordered = False
+        """Whether the order of solution has all constraints."""
         self._known: tuple[Any, ...] = ()
         """Revision, time step and profile whose rules are written."""
 
@@ -81,8 +89,19 @@ class SequentialMotors:
         self._known = ()
 
     def invalidate(self) -> None:
-        """Note that MuJoCo's arrays are new, or that bodies were added or removed."""
-        self._mechanism = None
+        """Note that MuJoCo's arrays are new."""
+        self._mechanism = self._parts = None
+        self._known = ()
+
+    def note_bodies(self) -> None:
+        """Note that bodies were added or removed; where MuJoCo's arrays stay, the order alone is another."""
+        self._parts = None
+        self._is_ordered = False
+        self._known = ()
+
+    def note_constraints(self) -> None:
+        """Note that a constraint came or went without a compile."""
+        self._is_ordered = False
         self._known = ()
 
     def prepare(self, model: Any, data: Any, timestep: float) -> None:
@@ -195,28 +214,39 @@ class SequentialMotors:
         self._manifolds.grow(contacts)
         solver = self._solver
         if rows > len(solver.order):
-            lengths = (len(a) for a in (self._state.qvel, solver.wrenches, solver.taken, solver.places))
-            keeps = {name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules")}
+            lengths = (len(a) for a in (self._state.qvel, solver.wrenches, solver.taken))
+            keeps = {
+                name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules", "places")
+            }
             self._solver = _solver(2 * rows, *lengths, entries=self._width)._replace(**keeps)
         self._surface = self._surface._replace(base=self._surfaces.normal_references(len(self._solver.order)))
         self._bundle = None
 
     def _look_up(self, model: Any, data: Any, timestep: float) -> None:
         world, motors = self._world, self._motors.arrays
-        self._bundle = None
+        trees = None
         if self._mechanism is None:
             trees = self._constraints.trees(model)
-            self._mechanism, places = _mechanism(model, list(world.body_by_id.values()), *trees)
+            self._mechanism = _mechanism(model)
             self._state = _state(data)
             rows = max(len(self._solver.order), 16)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
-            self._solver = _solver(rows, model.nv, model.nbody, model.ntree, places, self._width)
+            self._solver = _solver(rows, model.nv, model.nbody, model.ntree, self._width)
+            self._unbounded = np.full(model.nv, np.inf)
+            self._bundle, self._is_ordered = None, False
+        mechanism = self._mechanism
+        if not self._is_ordered:
+            self._order(mechanism, *(trees or self._constraints.trees(model)))
         bound, share = self._constraints.bounds_and_shares(model)
-        self._mechanism = self._mechanism._replace(equality_bound=bound, equality_share=share)
+        mechanism.equality_bound[:], mechanism.equality_share[:] = bound, share
         profile, surfaces, solver = world.profile, self._surfaces, self._solver
-        self._surface = surfaces.record(model, data, len(solver.order))
-        largest = np.full(model.nv, np.inf) if self._largest is None else self._largest
-        self._solver = solver._replace(motors=motors[0], targets=motors[1], largest=largest)
+        surface = surfaces.record(model, data, len(solver.order))
+        if not _same(surface, self._surface):
+            self._surface, self._bundle = surface, None
+        largest = self._unbounded if self._largest is None else self._largest
+        replaced = solver._replace(motors=motors[0], targets=motors[1], largest=largest)
+        if not _same(replaced, solver):
+            self._solver, self._bundle = replaced, None
         rules = solver.rules
         rules[r.TIMESTEP], rules[r.ERP], rules[r.CONTACT_ERP] = timestep, profile.erp, profile.contact_erp
         rules[r.DEEP], rules[r.SLOW], rules[r.RESIDUAL] = profile.deep, profile.slow, self._residual
@@ -227,67 +257,86 @@ class SequentialMotors:
         rules[r.IS_BOUNDED], rules[r.SLOP] = self._largest is not None, profile.contact_slop
         self._known = world.revision, timestep, profile, motors
 
+    def _order(
+        self,
+        mechanism: r.Mechanism,
+        equality_tree: np.ndarray,
+        equality_aux: np.ndarray,
+        equality_site: np.ndarray,
+    ) -> None:
+        """Write the order of solution."""
+        self._is_ordered = True
+        slot, limit_slot, equality_slot = mechanism.slot, mechanism.limit_slot, mechanism.equality_slot
+        for values in (slot, limit_slot, equality_slot):
+            values[:] = -1
+        equalities = self._constraints.equalities
+        places = 0
+        if self._parts is None:
+            model = self._world.live_model
+            self._parts = [parts_of(body, model) for body in self._world.body_by_id.values()]
+        for index, kind in solution_order(self._parts, equalities, equality_tree):
+            if kind == EQUALITY:
+                equality_slot[index] = places
+                places += r.EQUALITY_ROWS
+            elif kind == LIMIT:
+                limit_slot[index] = places
+                places += 2
+            else:
+                slot[index] = places
+                places += 1
+        mechanism.equality_order[:] = -1
+        mechanism.equality_order[: len(equalities)] = equalities
+        mechanism.equality_tree[:] = np.where(equality_slot[:, None] >= 0, equality_tree, -2)
+        mechanism.equality_aux[:], mechanism.equality_site[:] = equality_aux, equality_site
+        if places != len(self._solver.places):
+            self._solver = self._solver._replace(places=np.full(places, -1, np.int32))
+            self._bundle = None
 
-def _mechanism(
-    model: Any,
-    bodies: list[Body],
-    equality_tree: np.ndarray,
-    equality_aux: np.ndarray,
-    equality_site: np.ndarray,
-) -> tuple[r.Mechanism, int]:
-    """Return the arrays of a model, and the number of places in the order of solution."""
-    nv = model.nv
-    slot, limit_slot = np.full(nv, -1, np.int32), np.full(nv, -1, np.int32)
-    equality_slot = np.full(model.neq, -1, np.int32)
-    places = 0
-    for index, kind in solution_order(bodies, model, equality_tree):
-        if kind == EQUALITY:
-            equality_slot[index] = places
-            places += r.EQUALITY_ROWS
-        elif kind == LIMIT:
-            limit_slot[index] = places
-            places += 2
-        else:
-            slot[index] = places
-            places += 1
-    return (
-        r.Mechanism(
-            geom_type=model.geom_type,
-            geom_body=model.geom_bodyid,
-            geom_tree=model.body_treeid[model.geom_bodyid].astype(np.int32),
-            geom_weld=model.body_weldid[model.geom_bodyid].astype(np.int32),
-            contype=model.geom_contype,
-            conaffinity=model.geom_conaffinity,
-            excluded=model.exclude_signature,
-            dof_tree=model.dof_treeid,
-            dof_joint=model.dof_jntid,
-            dof_body=model.dof_bodyid,
-            joint_dof=model.jnt_dofadr,
-            joint_type=model.jnt_type,
-            joint_qpos=model.jnt_qposadr,
-            limits=model.jnt_range,
-            body_parent=model.body_parentid,
-            body_root=model.body_rootid,
-            body_dof=model.body_dofadr,
-            body_dofs=model.body_dofnum,
-            mass=model.body_mass,
-            inertia=model.body_inertia,
-            tree_dof=model.tree_dofadr,
-            tree_dofs=model.tree_dofnum,
-            factor_count=model.M_rownnz,
-            factor_start=model.M_rowadr,
-            factor_column=model.M_colind,
-            slot=slot,
-            limit_slot=limit_slot,
-            equality_slot=equality_slot,
-            equality_tree=np.where(equality_slot[:, None] >= 0, equality_tree, -2).astype(np.int32),
-            equality_aux=equality_aux,
-            equality_site=equality_site,
-            site_body=model.site_bodyid,
-            equality_bound=np.zeros((model.neq, 2)),
-            equality_share=np.zeros(model.neq),
-        ),
-        places,
+
+def _same(one: tuple[Any, ...], other: tuple[Any, ...] | None) -> bool:
+    """Return whether two records have the same arrays."""
+    return other is not None and all(map(is_, one, other))
+
+
+def _mechanism(model: Any) -> r.Mechanism:
+    """Return the arrays of a model, without the order of solution."""
+    nv, neq = model.nv, model.neq
+    return r.Mechanism(
+        geom_type=model.geom_type,
+        geom_body=model.geom_bodyid,
+        geom_tree=model.body_treeid[model.geom_bodyid].astype(np.int32),
+        geom_weld=model.body_weldid[model.geom_bodyid].astype(np.int32),
+        contype=model.geom_contype,
+        conaffinity=model.geom_conaffinity,
+        excluded=model.exclude_signature,
+        dof_tree=model.dof_treeid,
+        dof_joint=model.dof_jntid,
+        dof_body=model.dof_bodyid,
+        joint_dof=model.jnt_dofadr,
+        joint_type=model.jnt_type,
+        joint_qpos=model.jnt_qposadr,
+        limits=model.jnt_range,
+        body_parent=model.body_parentid,
+        body_root=model.body_rootid,
+        body_dof=model.body_dofadr,
+        body_dofs=model.body_dofnum,
+        mass=model.body_mass,
+        inertia=model.body_inertia,
+        tree_dof=model.tree_dofadr,
+        tree_dofs=model.tree_dofnum,
+        factor_count=model.M_rownnz,
+        factor_start=model.M_rowadr,
+        factor_column=model.M_colind,
+        slot=np.full(nv, -1, np.int32),
+        limit_slot=np.full(nv, -1, np.int32),
+        equality_order=np.full(neq, -1, np.int32),
+        equality_slot=np.full(neq, -1, np.int32),
+        equality_tree=np.full((neq, 2), -2, np.int32),
+        equality_aux=np.full(neq, -1, np.int32),
+        equality_site=np.full((neq, 2), -1, np.int32),
+        site_body=model.site_bodyid,
+        equality_bound=np.zeros((neq, 2)),
+        equality_share=np.zeros(neq),
     )
 
 
@@ -317,7 +366,7 @@ def _state(data: Any) -> r.State:
     )
 
 
-def _solver(rows: int, nv: int, bodies: int, trees: int, places: int, entries: int) -> r.Solver:
+def _solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.Solver:
     """Return the arrays for so many rows of constraints with so many entries each."""
     dense = min(rows, r.DENSE)
     width = dense + -dense % r.BLOCK
@@ -329,7 +378,7 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, places: int, entries: i
         rules=np.zeros(r.RULES),
         taken=np.zeros(trees, np.uint8),
         groups=np.zeros(trees, np.int32),
-        places=np.full(places, -1, np.int32),
+        places=np.zeros(0, np.int32),
         ends=np.full(6, -1, np.int32),
         order=np.zeros((rows, 4), np.int32),
         spans=np.zeros((rows, 4), np.int32),
@@ -359,7 +408,34 @@ def _aligned(rows: int, width: int) -> np.ndarray:
     return memory[start : start + rows * width].reshape(rows, width)
 
 
-def solution_order(bodies: list[Body], model: Any, equality_tree: np.ndarray) -> list[tuple[int, int]]:
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyParts:
+    """Joint limits and motors of one body."""
+
+    trees: tuple[int, ...]
+    """Its kinematic trees."""
+    limits: tuple[int, ...]
+    """Degrees of freedom with limits, joint by joint."""
+    motors: tuple[int, ...]
+    """Degrees of freedom of joints."""
+
+
+def parts_of(body: Body, model: Any) -> BodyParts:
+    """Return what has a place in the order of solution of a body."""
+    trees = {tree: None for tree in model.body_treeid[body.mujoco_ids].tolist() if tree >= 0}
+    joints = [joint for joint in body.joints if body.dof_addresses[joint.index] >= 0]
+    limits = []
+    for joint in joints:
+        dof = int(body.dof_addresses[joint.index])
+        if joint.is_scalar and model.jnt_limited[model.dof_jntid[dof]]:
+            limits.append(dof)
+    motors = [d for joint in joints for d in range(joint.dof_slice.start, joint.dof_slice.stop)]
+    return BodyParts(tuple(trees), tuple(limits), tuple(motors))
+
+
+def solution_order(
+    bodies: list[BodyParts], equalities: list[int], equality_tree: np.ndarray
+) -> list[tuple[int, int]]:
     """Return joint limits, motors and equalities in Bullet's order: (dof or equality, kind).
 
     Each body has its limits when it is loaded and its motors then, joint by joint, constraints follow; Bullet
@@ -368,33 +444,23 @@ def solution_order(bodies: list[Body], model: Any, equality_tree: np.ndarray) ->
 
     Args:
         bodies: in the order in which they were loaded.
-        model: MjModel.
+        equalities: rows of constraints, in the order in which these were made.
         equality_tree: (neq, 2) trees, -1 for none, -2 for equalities that MuJoCo solves.
     """
-    body_of = {
-        tree: key for key, body in enumerate(bodies) for tree in model.body_treeid[body.mujoco_ids].tolist()
-    }
-    body_of.pop(-1, None)
     group = list(range(len(bodies)))
     members: list[tuple[int, int]] = []
-    for equality, (a, b) in enumerate(equality_tree.tolist()):
-        ends = [body_of[tree] for tree in (a, b) if tree in body_of]
-        if ends:
-            members.append((ends[0], equality))
-            old, new = group[ends[0]], group[ends[-1]]
-            group = [new if key == old else key for key in group]
+    if equalities:
+        body_of = {tree: key for key, body in enumerate(bodies) for tree in body.trees}
+        for equality, (a, b) in zip(equalities, equality_tree[equalities].tolist(), strict=True):
+            ends = [body_of[tree] for tree in (a, b) if tree in body_of]
+            if ends:
+                members.append((ends[0], equality))
+                old, new = group[ends[0]], group[ends[-1]]
+                group = [new if key == old else key for key in group]
     items: list[tuple[int, int, int]] = []
-    for place, body in enumerate(bodies):
-        key = group[place]
-        starts = [
-            (int(body.dof_addresses[j.index]), j) for j in body.joints if body.dof_addresses[j.index] >= 0
-        ]
-        for dof, joint in starts:
-            if joint.is_scalar and model.jnt_limited[model.dof_jntid[dof]]:
-                items.append((key, dof, LIMIT))
-        for _, joint in starts:
-            size = joint.dof_slice
-            items += [(key, d, MOTOR) for d in range(size.start, size.stop)]
+    for key, body in zip(group, bodies, strict=True):
+        items += [(key, dof, LIMIT) for dof in body.limits]
+        items += [(key, dof, MOTOR) for dof in body.motors]
     items += [(group[place], equality, EQUALITY) for place, equality in members]
     quicksort(items)
     return [(index, kind) for _, index, kind in items]

@@ -128,7 +128,7 @@ class Stepping:
         self.sliding.invalidate()
         self.fast_turns.invalidate()
         self.manifolds.invalidate()
-        self.in_turn.invalidate()
+        self.in_turn.note_bodies()
 
     def forget(self, body_id: int) -> None:
         """Remove the velocity limits of a body that is removed."""

@@ -62,7 +62,8 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
             points.following[n] = loose
             loose = n
     if notes[SORTED] == 0:
-        group_pairs(mechanism.geom_tree, mechanism.equality_tree, points, ranks, groups)
+        order, trees = mechanism.equality_order, mechanism.equality_tree
+        group_pairs(mechanism.geom_tree, order, trees, points, ranks, groups)
         sort_pairs(work, ranks)
         notes[SORTED] = 1
     for place in range(ranks):
@@ -99,14 +100,17 @@ def insert(points, rank, contact):
         following[last] = contact
 
 
-def group_pairs(geom_tree, equality_tree, points, ranks, groups):
+def group_pairs(geom_tree, equality_order, equality_tree, points, ranks, groups):
     """Write for each rank the place of a tree that all trees of its group share."""
     pairs, work, places = points.pairs, points.work, points.tree_places
     for tree in range(groups.shape[0]):
         groups[tree] = tree
     for place in range(points.notes[LISTED]):
         unite(groups, places, geom_tree[pairs[0, place]], geom_tree[pairs[1, place]])
-    for equality in range(equality_tree.shape[0]):
+    for place in range(equality_order.shape[0]):
+        equality = equality_order[place]
+        if equality < 0:
+            break
         unite(groups, places, equality_tree[equality, 0], equality_tree[equality, 1])
     for rank in range(ranks):
         place = points.ranked[rank]

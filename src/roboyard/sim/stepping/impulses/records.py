@@ -101,6 +101,8 @@ class Mechanism(NamedTuple):
     """(nv,) place of each motor in the order of solution, -1 for none."""
     limit_slot: np.ndarray
     """(nv,) place of each limit, which has two, -1 for none."""
+    equality_order: np.ndarray
+    """(neq,) equalities in the order in which they were made, then -1."""
     equality_slot: np.ndarray
     """(neq,) place of each equality, which has `EQUALITY_ROWS`, -1 for none."""
     equality_tree: np.ndarray
@@ -251,7 +253,7 @@ MECHANISM = record(
     Mechanism,
     "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]"
     " i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] f8[:,::1] i4[::1] i4[::1] i4[::1]"
-    " i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[::1] f8[:,::1] f8[::1]",
+    " i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[::1] f8[:,::1] f8[::1]",
 )
 STATE = record(
     State,
