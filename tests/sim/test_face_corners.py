@@ -27,7 +27,7 @@ class _Box:
 
 
 def _two_boxes(rng: np.random.Generator, *, is_exact: bool) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Return boxes of which one lies on the other, turned and tilted a little, or both in parallel.
+    """Return boxes of which one is on the other, turned and tilted a little, or both in parallel.
 
     Those in parallel have two faces that are as deep as each other, to the last bit.
     """
@@ -176,5 +176,5 @@ def test_the_points_of_two_boxes_are_in_the_order_of_a_plain_version() -> None:
         assert np.flatnonzero(given.dist == dist).tolist() == sorted(kept), case
         seen.append(count)
         matched += len(kept)
-    assert np.count_nonzero(np.array(seen) > LEFT) > 100 and max(seen) > 6  # some of them are left out
+    assert np.count_nonzero(np.array(seen) > LEFT) > 100 and max(seen) > 6
     assert matched > sum(seen) / 2
