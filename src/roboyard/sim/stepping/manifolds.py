@@ -210,7 +210,6 @@ class Manifolds:
             if mujoco.mj_addContact(model, data, _BLANK if contacts is None else contacts[source]):
                 break  # MuJoCo's memory is full; it has warned, and grows before the next step
             added += 1
-        points.notes[EXTRA] = added
         total = found.look()[0]
         if contacts is None:
             kernels().copy_contacts(found.words, found.search.contact // 4, total, added, points.source)
@@ -219,7 +218,7 @@ class Manifolds:
 
     def forget(self) -> None:
         """Forget all points: in this step there are no contacts."""
-        self.points.notes[[PAIRS, EXTRA]] = 0
+        self.points.notes[PAIRS] = 0
 
     def grow(self, contacts: int) -> None:
         """Make room for the points of so many contacts, and for more pairs where there was none left."""
