@@ -18,6 +18,7 @@ from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.face_corners import SCRATCH
 from roboyard.sim.stepping.impulses.records import (
     CHECKED,
     EXTRA,
@@ -332,7 +333,7 @@ def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, 
         keys=np.zeros((2, pairs), np.int64),
         counts=np.zeros((2, pairs), np.int32),
         points=np.zeros((2, pairs, 4, 16)),
-        fresh=np.zeros(64),
+        fresh=np.zeros(SCRATCH),
         source=np.zeros(4 * pairs, np.int32),
         extra=np.zeros((4 * pairs, 13)),
         slots=np.full(5 * pairs, -1, np.int32),
