@@ -124,6 +124,7 @@ with deferred("urllib.parse", kind=DeferredFunctions):  # for Path.as_uri alone
     import pathlib as pathlib
 
 _has_frozen = False
+"""Whether the program excepted objects from collections, which `paused_collection` must not undo."""
 
 
 def freeze() -> None:
@@ -140,6 +141,7 @@ def paused_collection() -> Iterator[None]:
     Its passes through all objects take a tenth of the time of such imports. Afterwards what exists counts as
     old, so that the collector does not pass through it at once.
     """
+    global _has_frozen
     if not gc.isenabled():
         yield
         return
@@ -147,7 +149,8 @@ def paused_collection() -> Iterator[None]:
     try:
         yield
     finally:
-        if not _has_frozen and not gc.get_freeze_count():
+        _has_frozen = _has_frozen or gc.get_freeze_count() > 0  # Python counts them one by one
+        if not _has_frozen:
             gc.freeze()
             gc.unfreeze()
         gc.enable()

@@ -18,6 +18,7 @@ from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.face_corners import SCRATCH
 from roboyard.sim.stepping.impulses.records import (
     CHECKED,
     EXTRA,
@@ -210,7 +211,6 @@ class Manifolds:
             if mujoco.mj_addContact(model, data, _BLANK if contacts is None else contacts[source]):
                 break  # MuJoCo's memory is full; it has warned, and grows before the next step
             added += 1
-        points.notes[EXTRA] = added
         total = found.look()[0]
         if contacts is None:
             kernels().copy_contacts(found.words, found.search.contact // 4, total, added, points.source)
@@ -219,7 +219,7 @@ class Manifolds:
 
     def forget(self) -> None:
         """Forget all points: in this step there are no contacts."""
-        self.points.notes[[PAIRS, EXTRA]] = 0
+        self.points.notes[PAIRS] = 0
 
     def grow(self, contacts: int) -> None:
         """Make room for the points of so many contacts, and for more pairs where there was none left."""
@@ -333,7 +333,7 @@ def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, 
         keys=np.zeros((2, pairs), np.int64),
         counts=np.zeros((2, pairs), np.int32),
         points=np.zeros((2, pairs, 4, 16)),
-        fresh=np.zeros(64),
+        fresh=np.zeros(SCRATCH),
         source=np.zeros(4 * pairs, np.int32),
         extra=np.zeros((4 * pairs, 13)),
         slots=np.full(5 * pairs, -1, np.int32),
