@@ -99,7 +99,9 @@ class _Order:
                 _take_out(self.pairs, place)
         self.checked = at % len(self.pairs) if self.pairs else 0
 
-    def contacts(self, geoms: list[tuple[int, int]], slots: list[int], joined: np.ndarray) -> list[int]:
+    def contacts(
+        self, geoms: list[tuple[int, int]], apart: list[bool], slots: list[int], joined: np.ndarray
+    ) -> list[int]:
         """Return a step's contacts in the order of solution; joined: (n, 2) trees of equalities."""
         group = {tree: place for place, tree in enumerate(self.places)}
         trees = [(int(self.trees[a]), int(self.trees[b])) for a, b in self.pairs]
@@ -115,11 +117,13 @@ class _Order:
         order = []
         for _, rank, _ in items:
             chain: list[int] = []
-            for n in (n for n, pair in enumerate(geoms) if tuple(sorted(pair)) == self.ranked[rank]):
+            for n, pair in enumerate(geoms):
+                if apart[n] or tuple(sorted(pair)) != self.ranked[rank]:
+                    continue
                 later = [k for k, other in enumerate(chain) if 0 <= slots[n] < slots[other]]
                 chain.insert(later[0] if later else len(chain), n)
             order += chain
-        loose = [n for n, pair in enumerate(geoms) if min(pair) >= 0 and n not in order]
+        loose = [n for n, pair in enumerate(geoms) if not apart[n] and n not in order]
         return order + loose[::-1]
 
 
@@ -201,7 +205,11 @@ def test_contacts_are_in_the_order_of_a_plain_version(client: int, seed: int) ->
         order.meet(data)
         ended += len(order.pairs) < before
         geoms = [tuple(pair) for pair in data.contact.geom.tolist()]
-        wanted = order.contacts(geoms, points.slots[: len(geoms)].tolist(), in_turn._mechanism.equality_tree)
+        surface, mechanism = in_turn._surface, in_turn._mechanism
+        apart = (data.contact.dist > surface.reaches[data.contact.geom].min(axis=1)).tolist()
+        listed_equalities = mechanism.equality_order[mechanism.equality_order >= 0]
+        joined = mechanism.equality_tree[listed_equalities]
+        wanted = order.contacts(geoms, apart, points.slots[: len(geoms)].tolist(), joined)
         listed, ranked = points.notes[LISTED], points.notes[RANKED]
         assert [tuple(pair) for pair in points.pairs[:2, :listed].T.tolist()] == order.pairs, step
         ranks = [tuple(points.pairs[:2, place].tolist()) for place in points.ranked[:ranked]]
