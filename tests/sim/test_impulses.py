@@ -58,7 +58,7 @@ def problem(seed: int, arm: int) -> dict[str, np.ndarray]:
         "jacobian": entries,
         "dense": jacobian,
         "response": np.linalg.solve(mass, jacobian.T).T.copy(),
-        "weighed": np.linalg.solve(np.linalg.cholesky(mass), jacobian.T).T.copy(),
+        "scaled": np.linalg.solve(np.linalg.cholesky(mass), jacobian.T).T.copy(),
         "tree_dof": tree_dof,
         "tree_dofs": tree_dofs,
     }
@@ -92,14 +92,14 @@ def reference(given: dict[str, np.ndarray], rounds: int) -> np.ndarray:
 @pytest.mark.parametrize("rounds", [1, 2, 50])
 def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, arm: int, rounds: int) -> None:
     given = problem(seed, arm)
-    expected, weighed = reference(given, rounds), given["weighed"]
+    expected, scaled = reference(given, rounds), given["scaled"]
     rows, spans, ends = (given[name] for name in ("rows", "spans", "ends"))
     nv, width = arm + 6, 10 + -10 % BLOCK
     for by_table in (True, False):
         goals, change = given["goals"].copy(), np.zeros(nv)
         if by_table:
             across = np.zeros((nv, width))
-            across[:, :10] = weighed.T
+            across[:, :10] = scaled.T
             solving.solve_by_table(
                 *(rows, spans, goals, ends, across, rounds, 0.0),
                 *(np.zeros((10, width)), np.zeros((LINES, width)), change),
@@ -107,19 +107,19 @@ def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, arm: int, ro
         else:
             packed = np.zeros((10, nv))
             for n, (first, size, other, others) in enumerate(spans.tolist()):
-                packed[n, :size] = weighed[n, first : first + size]
-                packed[n, size : size + others] = weighed[n, other : other + others]
+                packed[n, :size] = scaled[n, first : first + size]
+                packed[n, size : size + others] = scaled[n, other : other + others]
             lanes.solve_in_turn(
                 *(rows, spans, goals, ends, packed, given["tree_dof"], given["tree_dofs"]),
                 *(np.zeros(2, np.int32), np.zeros((10, lanes.PLACES), np.int32), np.full(900, np.nan)),
                 *(np.full(nv + 16, np.nan), rounds, 0.0, change),
             )
         assert np.allclose(goals[:, 3], expected, atol=1e-12)
-        assert np.allclose(change, expected @ weighed, atol=1e-12)
+        assert np.allclose(change, expected @ scaled, atol=1e-12)
 
 
 @pytest.mark.parametrize("blocks", [1, 2])
-def test_weighed_entries_are_those_of_mujocos_inertia(blocks: int) -> None:
+def test_scaled_entries_are_those_of_mujocos_inertia(blocks: int) -> None:
     """Their products are J M^-1 J', and what impulses change is M^-1 J', by MuJoCo's own solution."""
     world = World(profile=BULLET)
     robot = world.add_description(arm(), (0, 0, 1.7))
@@ -141,18 +141,18 @@ def test_weighed_entries_are_those_of_mujocos_inertia(blocks: int) -> None:
     inertia.find_roots(mechanism, state, roots, plain)
     assert plain.tolist() == [0, 1]
     across = jacobian.T.copy()
-    inertia.weigh_across(mechanism, state, roots, across, blocks)
-    weighed = np.full((BLOCK * blocks, nv), np.nan)
+    inertia.scale_across(mechanism, state, roots, across, blocks)
+    scaled = np.full((BLOCK * blocks, nv), np.nan)
     for n in range(BLOCK * blocks):
         for tree in range(model.ntree):
             first, size = int(mechanism.tree_dof[tree]), int(mechanism.tree_dofs[tree])
-            inertia.weigh(mechanism, state, roots, plain[tree], jacobian[n], weighed[n], first, size, first)
-    np.testing.assert_allclose(across.T, weighed, rtol=1e-12)
+            inertia.scale(mechanism, state, roots, plain[tree], jacobian[n], scaled[n], first, size, first)
+    np.testing.assert_allclose(across.T, scaled, rtol=1e-12)
     products = jacobian @ expected.T
-    np.testing.assert_allclose(weighed @ weighed.T, products, rtol=1e-9, atol=1e-9 * np.abs(products).max())
+    np.testing.assert_allclose(scaled @ scaled.T, products, rtol=1e-9, atol=1e-9 * np.abs(products).max())
     for n in range(BLOCK * blocks):
-        inertia.unweigh(mechanism, state, roots, weighed[n])
-    np.testing.assert_allclose(weighed, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+        inertia.change_velocities(mechanism, state, roots, scaled[n])
+    np.testing.assert_allclose(scaled, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
 def test_forces_alone_accelerate_as_in_mujoco() -> None:

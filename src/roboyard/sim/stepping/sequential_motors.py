@@ -383,7 +383,7 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.Solv
         order=np.zeros((rows, 4), np.int32),
         spans=np.zeros((rows, 4), np.int32),
         jacobian=np.zeros((rows, entries)),
-        weighed=np.zeros((rows, entries)),
+        scaled=np.zeros((rows, entries)),
         roots=np.zeros(nv),
         goals=np.zeros((rows, 5)),
         mu=np.zeros(rows),

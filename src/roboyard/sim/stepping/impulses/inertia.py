@@ -81,32 +81,32 @@ def find_roots(mechanism, state, roots, trees):  # pragma: no cover
         trees[tree] = is_diagonal
 
 
-def weigh(mechanism, state, roots, is_diagonal, jacobian, weighed, first, size, place):  # pragma: no cover
+def scale(mechanism, state, roots, is_diagonal, jacobian, scaled, first, size, place):  # pragma: no cover
     """Write a row's entries for a tree, dofs first ... first + size, divided by the root of the inertia.
 
     With J for the entries, these are J / (sqrt(D) L): their product with those of another row is what a
     unit of impulse of one row changes in the velocity of the other, J M^-1 J'. A body's entries lead to those
     of its ancestors alone, where a response M^-1 J' has entries of the whole tree.
 
-    jacobian, weighed: the row's entries, those of the tree from `place` on.
+    jacobian, scaled: the row's entries, those of the tree from `place` on.
     """
     if is_diagonal == 1:
         for k in range(size):
-            weighed[place + k] = jacobian[place + k] * roots[first + k]
+            scaled[place + k] = jacobian[place + k] * roots[first + k]
         return
     for k in range(size):
-        weighed[place + k] = jacobian[place + k]
+        scaled[place + k] = jacobian[place + k]
     shift = place - first
     for i in range(first + size - 1, first - 1, -1):
-        if weighed[shift + i] != 0.0:
+        if scaled[shift + i] != 0.0:
             start = mechanism.factor_start[i]
             for a in range(start, start + mechanism.factor_count[i] - 1):
-                weighed[shift + mechanism.factor_column[a]] -= state.factor[a] * weighed[shift + i]
-            weighed[shift + i] *= roots[i]
+                scaled[shift + mechanism.factor_column[a]] -= state.factor[a] * scaled[shift + i]
+            scaled[shift + i] *= roots[i]
 
 
-def weigh_across(mechanism, state, roots, across, blocks):  # pragma: no cover
-    """Do what `weigh` does for many rows at once: across is (nv, n), of whole blocks of rows."""
+def scale_across(mechanism, state, roots, across, blocks):  # pragma: no cover
+    """Do what `scale` does for many rows at once: across is (nv, n), of whole blocks of rows."""
     for i in range(roots.shape[0] - 1, -1, -1):
         first = mechanism.factor_start[i]
         for a in range(first, first + mechanism.factor_count[i] - 1):
@@ -115,8 +115,8 @@ def weigh_across(mechanism, state, roots, across, blocks):  # pragma: no cover
             across[i, k] *= roots[i]
 
 
-def unweigh(mechanism, state, roots, change):  # pragma: no cover
-    """Turn sums of weighed entries by impulses into changes of velocity (nv,), in place."""
+def change_velocities(mechanism, state, roots, change):  # pragma: no cover
+    """Turn sums of scaled entries by impulses into changes of velocity (nv,), in place."""
     for i in range(roots.shape[0]):
         change[i] *= roots[i]
         first = mechanism.factor_start[i]

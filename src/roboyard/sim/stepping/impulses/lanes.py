@@ -2,7 +2,7 @@
 
 Velocities of each tree begin at a multiple of `BLOCK`, as do the entries of a row for each of its trees, so
 that a free body is one vector of eight numbers. All that is known of a row stands in one stretch of memory:
-`HEAD` numbers (`GOAL` and those that follow), the row's weighed Jacobian (see `weigh`), which
+`HEAD` numbers (`GOAL` and those that follow), the row's scaled Jacobian (see `scale`), which
 both gives its velocity and says what an impulse changes.
 """
 
@@ -24,7 +24,7 @@ both have (the second may have none), and where the impulse of its contact's nor
 
 
 def lay_out(  # pragma: no cover
-    rows, spans, goals, ends, weighed, tree_dofs, slots, places, lanes, velocities
+    rows, spans, goals, ends, scaled, tree_dofs, slots, places, lanes, velocities
 ):
     """Write the places and numbers of all rows, and no velocity."""
     at = 0
@@ -48,7 +48,7 @@ def lay_out(  # pragma: no cover
             lanes[at + k] = 0.0
         own = goals[n, 4]
         for k in range(size + others):
-            own += weighed[n, k] * weighed[n, k]
+            own += scaled[n, k] * scaled[n, k]
         inverse = 1.0 / own if own > 1e-15 else 0.0
         lanes[at + GOAL] = goals[n, 0] * inverse
         lanes[at + INVERSE] = inverse
@@ -57,15 +57,15 @@ def lay_out(  # pragma: no cover
         lanes[at + LOW], lanes[at + HIGH] = goals[n, 1], goals[n, 2]
         at += HEAD
         for k in range(size):
-            lanes[at + k] = weighed[n, x + k]
+            lanes[at + k] = scaled[n, x + k]
         for k in range(others):
-            lanes[at + BLOCK * width + k] = weighed[n, y + k]
+            lanes[at + BLOCK * width + k] = scaled[n, y + k]
         at += whole
     for n in range(ends[1], ends[4]):
         places[n, NORMAL] = places[rows[n, 3], START] + IMPULSE
 
 
-def couple(spans, ends, weighed, places, lanes):  # pragma: no cover
+def couple(spans, ends, scaled, places, lanes):  # pragma: no cover
     """Write what units of impulse change in rows that follow.
 
     These are the next two normals for a normal, the next pair for a sliding row.
@@ -74,16 +74,16 @@ def couple(spans, ends, weighed, places, lanes):  # pragma: no cover
     for n in range(first, last):
         at = places[n, START]
         if n + 1 < last:
-            lanes[at + NEXT] = coupling(spans, weighed, n, n + 1)
+            lanes[at + NEXT] = coupling(spans, scaled, n, n + 1)
         if n + 2 < last:
-            lanes[at + OVER] = coupling(spans, weighed, n, n + 2)
+            lanes[at + OVER] = coupling(spans, scaled, n, n + 2)
     for n in range(ends[2], ends[4] - 2):
         after = n + 2 - (n - ends[2]) % 2
-        lanes[places[n, START] + NEXT] = coupling(spans, weighed, n, after)
-        lanes[places[n, START] + ACROSS] = coupling(spans, weighed, n, after + 1)
+        lanes[places[n, START] + NEXT] = coupling(spans, scaled, n, after)
+        lanes[places[n, START] + ACROSS] = coupling(spans, scaled, n, after + 1)
 
 
-def coupling(spans, weighed, n, m):
+def coupling(spans, scaled, n, m):
     """Return what a unit of impulse of row n changes in the velocity of row m."""
     total = 0.0
     for i in range(2):
@@ -93,7 +93,7 @@ def coupling(spans, weighed, n, m):
                 x = spans[n, 1] if i == 1 else 0
                 y = spans[m, 1] if j == 1 else 0
                 for k in range(size):
-                    total += weighed[n, x + k] * weighed[m, y + k]
+                    total += scaled[n, x + k] * scaled[m, y + k]
     return total
 
 
@@ -219,7 +219,7 @@ def set_impulse(lanes, places, n, impulse, velocities):
 
 
 def solve_in_turn(  # pragma: no cover
-    rows, spans, goals, ends, weighed, tree_dof, tree_dofs, slots, places, lanes, velocities,
+    rows, spans, goals, ends, scaled, tree_dof, tree_dofs, slots, places, lanes, velocities,
     rounds, residual, change,
 ):  # fmt: skip
     """Solve row by row, each with the changes of velocity that the others have made, in several rounds.
@@ -229,12 +229,12 @@ def solve_in_turn(  # pragma: no cover
     at their largest impulse, have not converged by then. The two sliding rows of a contact share one bound,
     the normal's impulse in this round times the coefficient. Returns the number of rounds.
 
-    rows, spans, weighed: see `Solver`. slots: (ntree,), places: (n, PLACES), lanes: (m,) and
+    rows, spans, scaled: see `Solver`. slots: (ntree,), places: (n, PLACES), lanes: (m,) and
     velocities: (k,), work arrays. change: (nv,) sums of
-    weighed entries by impulses, written.
+    scaled entries by impulses, written.
     """
-    lay_out(rows, spans, goals, ends, weighed, tree_dofs, slots, places, lanes, velocities)
-    couple(spans, ends, weighed, places, lanes)
+    lay_out(rows, spans, goals, ends, scaled, tree_dofs, slots, places, lanes, velocities)
+    couple(spans, ends, scaled, places, lanes)
     done = 0.0
     while done < rounds:
         worst = 0.0

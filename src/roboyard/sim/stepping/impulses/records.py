@@ -225,8 +225,8 @@ class Solver(NamedTuple):
     """(n, 4) first degree of freedom and number of those of both trees, 0 for none."""
     jacobian: np.ndarray
     """(n, m) entries for the degrees of freedom of the first tree, then of the second."""
-    weighed: np.ndarray
-    """(n, m) the same, divided by the root of the inertia; see `weigh`."""
+    scaled: np.ndarray
+    """(n, m) the same, divided by the root of the inertia; see `scale`."""
     roots: np.ndarray
     """(nv,) of `find_roots`."""
     goals: np.ndarray
@@ -240,7 +240,7 @@ class Solver(NamedTuple):
     velocities: np.ndarray
     """Work arrays of `lanes`."""
     across: np.ndarray
-    """(nv, 132) weighed entries of each degree of freedom for the rows, of which there are few."""
+    """(nv, 132) scaled entries of each degree of freedom for the rows, of which there are few."""
     influence: np.ndarray
     lines: np.ndarray
     change: np.ndarray

@@ -6,7 +6,13 @@ import numpy as np
 
 from roboyard.native import compiled
 from roboyard.sim.stepping.impulses.entries import add_to
-from roboyard.sim.stepping.impulses.inertia import add_line, find_roots, unweigh, weigh, weigh_across
+from roboyard.sim.stepping.impulses.inertia import (
+    add_line,
+    change_velocities,
+    find_roots,
+    scale,
+    scale_across,
+)
 from roboyard.sim.stepping.impulses.lanes import solve_in_turn
 from roboyard.sim.stepping.impulses.records import (
     BLOCK,
@@ -68,26 +74,26 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
                 across[first + k, n] = jacobian[n, k]
             for k in range(spans[n, 3]):
                 across[other + k, n] = jacobian[n, size + k]
-        weigh_across(mechanism, state, roots, across, blocks)
+        scale_across(mechanism, state, roots, across, blocks)
         solve_by_table(
             order, spans, goals, ends, across, rules[ROUNDS], rules[RESIDUAL], solver.influence, solver.lines,
             solver.change,
         )  # fmt: skip
     else:
         for n in range(listed):
-            size, entry, out = spans[n, 1], jacobian[n], solver.weighed[n]
+            size, entry, out = spans[n, 1], jacobian[n], solver.scaled[n]
             if size > 0:
                 tree = order[n, 1]
-                weigh(mechanism, state, roots, plain[tree], entry, out, spans[n, 0], size, 0)
+                scale(mechanism, state, roots, plain[tree], entry, out, spans[n, 0], size, 0)
             if spans[n, 3] > 0:
                 tree = order[n, 2]
-                weigh(mechanism, state, roots, plain[tree], entry, out, spans[n, 2], spans[n, 3], size)
+                scale(mechanism, state, roots, plain[tree], entry, out, spans[n, 2], spans[n, 3], size)
         solve_in_turn(
-            order, spans, goals, ends, solver.weighed, mechanism.tree_dof, mechanism.tree_dofs, solver.slots,
+            order, spans, goals, ends, solver.scaled, mechanism.tree_dof, mechanism.tree_dofs, solver.slots,
             solver.places_of_rows, solver.lanes, solver.velocities, rules[ROUNDS], rules[RESIDUAL],
             solver.change,
         )  # fmt: skip
-    unweigh(mechanism, state, roots, solver.change)
+    change_velocities(mechanism, state, roots, solver.change)
     if solver.ends[5] == count:
         if listed < count:
             for row in range(count):
@@ -108,7 +114,7 @@ def solve_by_table(  # pragma: no cover
 
     What a row wishes for, the impulse with which it would get what it asks for, is kept up to date.
 
-    across: (nv, n) weighed entries of the rows, n rounded up to whole blocks. influence: (n, n) or
+    across: (nv, n) scaled entries of the rows, n rounded up to whole blocks. influence: (n, n) or
     larger, what unit impulses of a row take from the wishes of the others, written. lines: (6, n) or longer,
     work array.
     """
