@@ -198,6 +198,7 @@ class SequentialMotors:
             lengths = (len(a) for a in (self._state.qvel, solver.wrenches, solver.taken, solver.places))
             keeps = {name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules")}
             self._solver = _solver(2 * rows, *lengths, entries=self._width)._replace(**keeps)
+            self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
         self._surface = self._surface._replace(base=self._surfaces.normal_references(len(self._solver.order)))
         self._bundle = None
 
@@ -211,6 +212,7 @@ class SequentialMotors:
             rows = max(len(self._solver.order), 16)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
             self._solver = _solver(rows, model.nv, model.nbody, model.ntree, places, self._width)
+            self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
         bound, share = self._constraints.bounds_and_shares(model)
         self._mechanism = self._mechanism._replace(equality_bound=bound, equality_share=share)
         profile, surfaces, solver = world.profile, self._surfaces, self._solver
@@ -330,6 +332,7 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, places: int, entries: i
         taken=np.zeros(trees, np.uint8),
         groups=np.zeros(trees, np.int32),
         places=np.full(places, -1, np.int32),
+        parts=np.zeros((trees + 1, 10), np.int32),
         ends=np.full(6, -1, np.int32),
         order=np.zeros((rows, 4), np.int32),
         spans=np.zeros((rows, 4), np.int32),

@@ -157,6 +157,8 @@ class Points(NamedTuple):
     """Place of each contact's point in the table, -1 for none."""
     turns: np.ndarray
     """Geoms of bodies in the order in which these were made; others have no boxes."""
+    ages: np.ndarray
+    """(ngeom,) place of each geom in that order, 0 for others."""
     tree_places: np.ndarray
     """(ntree,) place of each tree in that order."""
     tight: np.ndarray
@@ -213,6 +215,9 @@ class Solver(NamedTuple):
     groups: np.ndarray
     """(ntree,) work array of `order_contacts`."""
     places: np.ndarray
+    parts: np.ndarray
+    """(ntree + 1, 10) for each group of bodies, first and end of its rows of each kind; the last row has the
+    number of groups."""
     ends: np.ndarray
     """(6,) ends of the five groups of rows, and the number of rows listed, -1 where others solve all."""
     order: np.ndarray
@@ -257,7 +262,7 @@ STATE = record(
 )
 POINTS = record(
     Points,
-    "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1]"
+    "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1]"
     " f8[:,::1] f8[:,::1] f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i8[::1]",
 )
 SURFACE = record(
@@ -266,7 +271,7 @@ SURFACE = record(
 )
 SOLVER = record(
     Solver,
-    "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[:,::1] f8[:,::1]"
+    "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[:,::1] f8[:,::1]"
     " f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1]"
     " f8[:,::1] f8[::1] f8[:,::1]",
 )

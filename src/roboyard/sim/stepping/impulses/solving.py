@@ -68,7 +68,7 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
                 across[other + k, n] = jacobian[n, size + k]
         solve_inertia_across(mechanism, state, across, blocks)
         solve_by_table(
-            order, spans, goals, ends, jacobian, across, rules[ROUNDS], rules[RESIDUAL],
+            order, spans, goals, ends, solver.parts, jacobian, across, rules[ROUNDS], rules[RESIDUAL],
             solver.influence, solver.lines, solver.change,
         )  # fmt: skip
     else:
@@ -81,7 +81,8 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
             if spans[n, 3] > 0:
                 respond(mechanism, state, plain[order[n, 2]], entry, answer, spans[n, 2], spans[n, 3], size)
         solve_in_turn(
-            order, spans, goals, ends, jacobian, response, mechanism.tree_dof, mechanism.tree_dofs,
+            order, spans, goals, ends, solver.parts, jacobian, response, mechanism.tree_dof,
+            mechanism.tree_dofs,
             solver.slots, solver.places_of_rows, solver.lanes, solver.velocities, rules[ROUNDS],
             rules[RESIDUAL], solver.change,
         )  # fmt: skip
@@ -96,7 +97,7 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
 
 
 def solve_by_table(  # pragma: no cover
-    rows, spans, goals, ends, jacobian, across, rounds, residual, influence, lines, change
+    rows, spans, goals, ends, parts, jacobian, across, rounds, residual, influence, lines, change
 ):
     """Do what `solve_in_turn` does, for a bounded number of rows, with their effect on each other.
 
@@ -127,23 +128,30 @@ def solve_by_table(  # pragma: no cover
         for k in range(BLOCK * blocks):
             influence[n, k] *= lines[INVERSE, k]
         influence[n, n] = 0.0
-    done = 0.0
-    while done < rounds:
-        if done % 2.0 == 1.0:
-            worst = push_each(lines, influence, 0, ends[0], 1, blocks)
-        else:
-            worst = push_each(lines, influence, ends[0] - 1, ends[0], -1, blocks)
-        worst = max(worst, push_each(lines, influence, ends[0], ends[1] - ends[0], 1, blocks))
-        for n in range(ends[1], ends[2]):
-            bound = lines[HIGH, n] * max(lines[IMPULSE, rows[n, 3]], 0.0)
-            if bound > 0.0:
-                impulse = min(max(lines[WISH, n], -bound), bound)
-                worst = max(worst, push(lines, influence, n, impulse, blocks))
-        if ends[2] < count:
-            worst = max(worst, push_pairs(lines, influence, rows, ends[2], ends[3], count, blocks))
-        done += 1.0
-        if worst <= residual:
-            break
+    most = 0.0
+    for part in range(parts[parts.shape[0] - 1, 0]):
+        done = 0.0
+        joints, joints_end, normals, normals_end = parts[part, 0], parts[part, 1], parts[part, 2], parts[part, 3]
+        rolling, sliding = parts[part, 6], parts[part, 8]
+        while done < rounds:
+            if done % 2.0 == 1.0:
+                worst = push_each(lines, influence, joints, joints_end - joints, 1, blocks)
+            else:
+                worst = push_each(lines, influence, joints_end - 1, joints_end - joints, -1, blocks)
+            worst = max(worst, push_each(lines, influence, normals, normals_end - normals, 1, blocks))
+            for n in range(parts[part, 4], parts[part, 5]):
+                bound = lines[HIGH, n] * max(lines[IMPULSE, rows[n, 3]], 0.0)
+                if bound > 0.0:
+                    impulse = min(max(lines[WISH, n], -bound), bound)
+                    worst = max(worst, push(lines, influence, n, impulse, blocks))
+            if rolling < parts[part, 7]:
+                worst = max(worst, push_pairs(lines, influence, rows, rolling, ends[3], parts[part, 7], blocks))
+            if sliding < parts[part, 9]:
+                worst = max(worst, push_pairs(lines, influence, rows, sliding, ends[3], parts[part, 9], blocks))
+            done += 1.0
+            if worst <= residual:
+                break
+        most = max(most, done)
     for n in range(count):
         goals[n, 3] = lines[IMPULSE, n]
     for d in range(change.shape[0]):
@@ -151,7 +159,7 @@ def solve_by_table(  # pragma: no cover
         for n in range(count):
             total += lines[IMPULSE, n] * across[d, n]
         change[d] = total
-    return done
+    return most
 
 
 def push(lines, influence, n, impulse, blocks):
@@ -218,7 +226,7 @@ def push_pairs(lines, influence, rows, first, sliding, stop, blocks):
                 lines[IMPULSE, n + 1] += y
                 for k in range(BLOCK * blocks):
                     lines[WISH, k] -= x * influence[n, k] + y * influence[n + 1, k]
-                worst = max(worst, max((x * lines[OWN, n]) ** 2, (y * lines[OWN, n + 1]) ** 2))
+                worst = max(worst, (x * lines[OWN, n] + y * lines[OWN, n + 1]) ** 2)  # added up, as Bullet does
         x, y = next_x, next_y
     return worst
 
