@@ -21,10 +21,11 @@ def _rotation(rng: np.random.Generator, angle: float) -> np.ndarray:
 
 
 class _Point:
-    """A kept point: places on both bodies, normal, whether it was held, and the contact that has it now."""
+    """A kept point: places on both bodies, normal, gap at its last step, whether it was held, and its contact now."""
 
-    def __init__(self, one: np.ndarray, two: np.ndarray, normal: np.ndarray, contact: int) -> None:
-        self.one, self.two, self.normal, self.contact, self.held = one, two, normal, contact, False
+    def __init__(self, one: np.ndarray, two: np.ndarray, place: tuple[np.ndarray, int, float]) -> None:
+        self.one, self.two, self.held = one, two, False
+        self.normal, self.contact, self.gap = place
 
 
 def _state(point: _Point, frames: dict, pair: tuple[int, int]) -> tuple[float, float, np.ndarray]:
@@ -34,8 +35,9 @@ def _state(point: _Point, frames: dict, pair: tuple[int, int]) -> tuple[float, f
     return gap, float(np.linalg.norm(b - a - gap * point.normal)), (a + b) / 2
 
 
-def _least_useful(points: list[_Point], fresh: _Point, dist: float, gaps: list[float]) -> int:
+def _least_useful(points: list[_Point], fresh: _Point, dist: float) -> int:
     """Return the point that a fifth one replaces; -1 where the others have contacts of this step."""
+    gaps = [point.gap for point in points]
     deepest = int(np.argmin(gaps)) if min(gaps) < dist else -1
     areas = []
     for m in range(4):
@@ -59,7 +61,7 @@ def _twin(kept: dict, contacts: list, frames: dict, anchored: set[int]) -> tuple
             if dist > REACH:
                 continue
             one = r1.T @ (position - dist / 2 * normal - p1)
-            fresh = _Point(one, r2.T @ (position + dist / 2 * normal - p2), normal, i)
+            fresh = _Point(one, r2.T @ (position + dist / 2 * normal - p2), (normal, i, dist))
             free = [k for k, point in enumerate(points) if point.contact < 0]
             far = {k: np.linalg.norm(points[k].one - one) for k in free}
             nearest = min(far, key=lambda k: far[k]) if far else -1
@@ -67,26 +69,26 @@ def _twin(kept: dict, contacts: list, frames: dict, anchored: set[int]) -> tuple
                 gap, slid, middle = _state(points[nearest], frames, pair)
                 if points[nearest].held and anchored & set(pair) and gap <= REACH and slid <= REACH:
                     held[i] = gap, middle
-                    points[nearest].contact = i
+                    points[nearest].contact, points[nearest].gap = i, gap
                 else:
                     points[nearest] = fresh
             elif len(points) < 4:
                 points.append(fresh)
             else:
-                place = _least_useful(points, fresh, dist, [_state(p, frames, pair)[0] for p in points])
+                place = _least_useful(points, fresh, dist)
                 if place >= 0:
                     points[place] = fresh
-        k = 0
-        while k < len(points):
-            gap, slid, middle = _state(points[k], frames, pair)
+        for k in range(len(points) - 1, -1, -1):
+            gap, slid, _ = _state(points[k], frames, pair)
             if points[k].contact < 0 and (gap > REACH or slid > REACH):
                 points[k] = points[-1]  # the last one takes its place
                 points.pop()
-                continue
-            if points[k].contact < 0:
-                extra.append((mine[0], gap, middle))
-            points[k].held = False
-            k += 1
+            elif points[k].contact < 0:
+                points[k].gap = gap
+        for point in points:
+            if point.contact < 0:
+                extra.append((mine[0], *_state(point, frames, pair)[::2]))
+            point.held = False
         if points:
             new[pair] = points
     return new, extra, held
@@ -101,7 +103,7 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
     margins, reaches = np.zeros(4), np.full(4, REACH)
     places = rng.normal(size=(4, 3)) * 0.02
     turns = [np.eye(3)] * 4
-    tables = [(np.zeros(24, np.int64), np.zeros(24, np.int32), np.zeros((24, 4, 16))) for _ in range(2)]
+    tables = [(np.zeros(24, np.int64), np.zeros(24, np.int32), np.zeros((24, 4, 17))) for _ in range(2)]
     source, extra = np.zeros(96, np.int32), np.zeros((96, 13))
     fresh, ends, slots = np.zeros(15), np.zeros(4, np.int64), np.zeros(120, np.int32)
     anchors = np.array([0, 1, 0, 0], np.uint8)
@@ -128,7 +130,7 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
         found = kernels.keep_points(
             *(given, count, kinds, types, bodies, places, np.array(turns).reshape(4, 9), margins, reaches),
             *(anchors, 1.0, before, *tables[0], *tables[1], fresh, source, extra, slots, ends),
-            np.zeros((0, 4, 3)),
+            *(np.zeros((0, 4, 3)), np.zeros(0, np.uint8), np.zeros(0, np.int32)),
         )
         tables.reverse()
         before = int(ends[0])

@@ -41,15 +41,16 @@ def keep_points(  # pragma: no cover
     """Add this step's contacts to the points of their pairs; return the number of points besides them.
 
     A pair, whose contacts come one after another, keeps up to four points. A contact replaces the point
-    within the pair's reach of it on the body that Bullet lists first, or is added; points end where the surfaces have parted, or slid along each
-    other, by more than the reach. Where a surface has anchors, a point that did not slide in the step before
-    is not replaced: the contact is moved to it.
+    within the pair's reach of it on the body that Bullet lists first, or is added; points end where the
+    surfaces have parted, or slid along each other, by more than the reach. Where a surface has anchors, a
+    point that did not slide in the step before is not replaced: the contact is moved to it.
 
     contacts: MuJoCo's, of which the first contact_count are this step's. kept_kinds: (8, 8) 1 for the pairs
     of geom types that keep points. xpos: (nbody, 3), xmat: (nbody, 9). margins, reaches: (ngeom,) as of
     `hard_contacts`. anchors: (ngeom,) 1 for surfaces with anchors. seen: gap (m) up to which MuJoCo finds
     contacts. before: number of pairs in the step before, with keys: (n,), counts: (n,) and points:
-    (n, 4, 16), the places in the frames of the two bodies, the contact frame and 1 where it did not slide.
+    (n, 4, 17), the places in the frames of the two bodies, the contact frame, 1 where it did not slide, and
+    the gap (m).
     new_...: those of this step, written. fresh: (64,) work array. source: (4 ncon,) contact of which each
     extra point is a copy, extra: (4 ncon, 13) its position, frame and distance, written. slots: (5 ncon,)
     place of each contact's point in the table as 4 n + m, -1 for none, written. ends: (4,), number of pairs
@@ -90,7 +91,7 @@ def keep_points(  # pragma: no cover
                 break
         are_boxes = geom_type[a] == BOX and geom_type[b] == BOX  # they begin to touch without a gap
         side_a = 3 if boxes.shape[0] > 0 and comes_second(geom_type, compound, ages, a, b) else 0
-        takes_new = are_boxes and not is_anchored  # of several points found in a step, one may replace another
+        takes_new = are_boxes and not is_anchored  # of a step's points one may replace another
         only = -1  # of the points on a plane, Bullet finds the deepest in each step
         if geom_type[a] == PLANE or geom_type[b] == PLANE:
             only = deepest(contacts, first, i, geom_type, geom_body, xpos, xmat)
@@ -121,9 +122,7 @@ def keep_points(  # pragma: no cover
                     place = n
                     n += 1
                 else:
-                    place = least_useful(
-                        new_points, pairs, fresh, dist[j], xpos, xmat, one, two, side_a, takes_new
-                    )
+                    place = least_useful(new_points, pairs, fresh, dist[j], side_a, takes_new)
                     if place < 0:
                         continue
             elif 0 <= only != j:
@@ -167,13 +166,14 @@ def keep_points(  # pragma: no cover
                 leave(dist, slots, first, i, place)
             for k in range(15):
                 new_points[pairs, place, k] = fresh[k]
-            new_points[pairs, place, 15] = TAKEN
+            new_points[pairs, place, 15], new_points[pairs, place, 16] = TAKEN, dist[j]
             slots[j] = place
         for back in range(n):
             m = n - 1 if back == 0 else m - 1
             if new_points[pairs, m, 15] == TAKEN:
                 continue
             gap, slid = located(new_points, pairs, m, xpos, xmat, one, two)[:2]
+            new_points[pairs, m, 16] = gap
             if gap - thickness > reach or slid > reach * reach:
                 n -= 1
                 copy_point(new_points, pairs, n, new_points, pairs, m)
@@ -206,7 +206,7 @@ def keep_points(  # pragma: no cover
 
 
 def note_slips(contacts, contact_count, slots, force, points):
-    """Note for each point kept whether friction held it in this step. points: (n, 4, 16) of this step.
+    """Note for each point kept whether friction held it in this step. points: (n, 4, 17) of this step.
 
     Bullet cuts friction at its bound by an angle's sine and cosine and holds the points whose friction is not
     above the bound then. Rounding decides: of points that slide, it holds three of four.
@@ -379,7 +379,7 @@ def deepest(contacts, first, end, geom_type, geom_body, xpos, xmat):
 
 def copy_point(points, pair, m, others, other_pair, other_m):
     """Write a point over another."""
-    for k in range(16):
+    for k in range(17):
         others[other_pair, other_m, k] = points[pair, m, k]
 
 
@@ -410,7 +410,7 @@ def place_of(points, pair, n, fresh, reach, side, takes_new):
     return best
 
 
-def least_useful(points, pair, fresh, dist, xpos, xmat, one, two, side, takes_new):
+def least_useful(points, pair, fresh, dist, side, takes_new):
     """Return the point of four that a new one replaces: not the deepest, so that the rest spans most area.
 
     -1: all but the deepest are taken. side, takes_new: as of `place_of`.
@@ -418,9 +418,8 @@ def least_useful(points, pair, fresh, dist, xpos, xmat, one, two, side, takes_ne
     deepest = -1
     depth = dist
     for m in range(MOST):
-        gap = located(points, pair, m, xpos, xmat, one, two)[0]
-        if gap < depth:
-            depth = gap
+        if points[pair, m, 16] < depth:  # of points of earlier steps the gap that they had then, as in Bullet
+            depth = points[pair, m, 16]
             deepest = m
     best = -1
     largest = -1.0

@@ -69,7 +69,7 @@ class KeptPoints:
     counts: np.ndarray
     """(n,) number of points."""
     points: Array
-    """(n, 4, 16) places in the frames of both links (m), the contact frame, 1 where it did not slide."""
+    """(n, 4, 17) places in the frames of both links (m), contact frame, 1 where it did not slide, gap (m)."""
     met: MetPairs
 
 
@@ -334,7 +334,7 @@ def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, 
         kinds=_kinds_that_keep(),
         keys=np.zeros((2, pairs), np.int64),
         counts=np.zeros((2, pairs), np.int32),
-        points=np.zeros((2, pairs, 4, 16)),
+        points=np.zeros((2, pairs, 4, 17)),
         fresh=np.zeros(64),
         source=np.zeros(4 * pairs, np.int32),
         extra=np.zeros((4 * pairs, 13)),

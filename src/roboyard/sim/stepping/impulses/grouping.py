@@ -1,7 +1,7 @@
 """Groups of bodies that met one another, which Bullet solves one after the other.
 
-The rounds of a group end when its own rows have converged: a cube at rest on a table is done after a few, with
-an arm beside it that needs many.
+The rounds of a group end when its own rows have converged: a cube at rest on a table is done after a few,
+with an arm beside it that needs many.
 """
 
 from __future__ import annotations

@@ -207,11 +207,12 @@ def solve_in_turn(  # pragma: no cover
     """Solve row by row, each with the changes of velocity that the others have made, in several rounds.
 
     Motors and limits are taken backwards and forwards by turns. Rounds of a group end when none of its rows
-    changes its velocity by more than the root of the residual, or after `rounds`: motors of joints with nearly parallel axes, or
-    at their largest impulse, have not converged by then. The two sliding rows of a contact share one bound,
-    the normal's impulse in this round times the coefficient. Returns the largest number of rounds.
+    changes its velocity by more than the root of the residual, or after `rounds`: motors of joints with
+    nearly parallel axes, or at their largest impulse, have not converged by then. The two sliding rows of a
+    contact share one bound, the normal's impulse in this round times the coefficient. Returns the largest
+    number of rounds.
 
-    rows, spans, jacobian, response: see `Solver`. slots: (ntree,), places: (n, PLACES), lanes: (m,) and
+    rows, ..., response: see `Solver`. slots: (ntree,), places: (n, PLACES), lanes: (m,) and
     velocities: (k,), work arrays. change: (nv,) change of velocity, written.
     """
     lay_out(rows, spans, goals, ends, jacobian, response, tree_dofs, slots, places, lanes, velocities)
@@ -219,8 +220,10 @@ def solve_in_turn(  # pragma: no cover
     most = 0.0
     for part in range(parts[parts.shape[0] - 1, 0]):
         done = 0.0
-        joints, joints_end, normals, normals_end = parts[part, 0], parts[part, 1], parts[part, 2], parts[part, 3]
-        rolling, sliding = parts[part, 6], parts[part, 8]
+        joints, joints_end = parts[part, 0], parts[part, 1]
+        normals, normals_end = parts[part, 2], parts[part, 3]
+        rolling, rolling_end = parts[part, 6], parts[part, 7]
+        sliding, sliding_end = parts[part, 8], parts[part, 9]
         while done < rounds:
             worst = 0.0
             for i in range(joints_end - joints):
@@ -238,10 +241,10 @@ def solve_in_turn(  # pragma: no cover
                     wish = wish_of(lanes, at, speed_of(lanes, places, n, velocities))
                     impulse = min(max(wish, -bound), bound)
                     worst = max(worst, set_impulse(lanes, places, n, impulse, velocities))
-            if rolling < parts[part, 7]:
-                worst = max(worst, slide_pairs(lanes, places, rolling, ends[3], parts[part, 7], velocities))
-            if sliding < parts[part, 9]:
-                worst = max(worst, slide_pairs(lanes, places, sliding, ends[3], parts[part, 9], velocities))
+            if rolling < rolling_end:
+                worst = max(worst, slide_pairs(lanes, places, rolling, ends[3], rolling_end, velocities))
+            if sliding < sliding_end:
+                worst = max(worst, slide_pairs(lanes, places, sliding, ends[3], sliding_end, velocities))
             done += 1.0
             if worst <= residual:
                 break

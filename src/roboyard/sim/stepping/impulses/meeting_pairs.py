@@ -18,8 +18,9 @@ EVERYWHERE = 1e18
 """Half the size of a plane's box (m)."""
 BREAKING = 0.02
 """Width (m) by which a shape's box is enlarged when it is compared with the one it is in."""
-SPARE = 0.05
-"""Width (m) by which the box that it gets then is enlarged besides."""
+SPARE = 2e-4
+"""Width (m) by which the box that it gets then is enlarged besides, so that a body at rest keeps its box;
+PyBullet adds nothing."""
 CHECKS = 10
 """Pairs are checked in turn for whether they ended: so many of a hundred in a step."""
 

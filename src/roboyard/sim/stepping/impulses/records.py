@@ -149,7 +149,7 @@ class Points(NamedTuple):
     keys: np.ndarray
     counts: np.ndarray
     points: np.ndarray
-    """(2, n, 4, 16) places in the frames of both links (m), the contact frame, 1 where it did not slide."""
+    """(2, n, 4, 17) places in the frames of both links (m), contact frame, 1 where it did not slide, gap."""
     fresh: np.ndarray
     source: np.ndarray
     extra: np.ndarray
@@ -271,7 +271,8 @@ SURFACE = record(
 )
 SOLVER = record(
     Solver,
-    "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[:,::1] f8[:,::1]"
+    "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[:,::1]"
+    " f8[:,::1]"
     " f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1]"
     " f8[:,::1] f8[::1] f8[:,::1]",
 )

@@ -1,8 +1,8 @@
 """The two directions along a surface in which Bullet solves a contact's friction.
 
-They follow from the normal that points to the first of both shapes. Rounds of the solver depend on them: where
-the inertia of what slides differs by direction, and in when they end, since Bullet adds up the changes of
-velocity along both before it squares them.
+They follow from the normal that points to the first of both shapes. Rounds of the solver depend on them:
+where the inertia of what slides differs by direction, and in when they end, since Bullet adds up the changes
+of velocity along both before it squares them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ TURNED = 1e-12
 
 
 def turn_slides(contacts, sequence, mechanism, surface, points, solver, velocity):  # pragma: no cover
-    """Turn the pairs of sliding and rolling rows, and the frames of their contacts, to Bullet's directions."""
+    """Turn pairs of sliding and rolling rows, and the frames of their contacts, to Bullet's directions."""
     order, ends, frame, address = solver.order, solver.ends, contacts.frame, contacts.address
     sliding, rolling = ends[3], ends[2]
     for k in range(sequence.shape[0]):
@@ -62,7 +62,7 @@ def turn_pair(solver, velocity, n, cosine, sine):
 
 
 def comes_second(geom_type, compound, ages, a, b):
-    """Return whether Bullet lists geom b before a: compounds come first, then convex shapes, then surfaces."""
+    """Return whether Bullet lists geom b before a: compounds first, then convex shapes, then surfaces."""
     one = 0 if geom_type[a] == PLANE or geom_type[a] == FIELD else 1 + compound[a]
     two = 0 if geom_type[b] == PLANE or geom_type[b] == FIELD else 1 + compound[b]
     return two > one or (two == one and ages[b] < ages[a])

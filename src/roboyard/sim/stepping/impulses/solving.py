@@ -131,8 +131,10 @@ def solve_by_table(  # pragma: no cover
     most = 0.0
     for part in range(parts[parts.shape[0] - 1, 0]):
         done = 0.0
-        joints, joints_end, normals, normals_end = parts[part, 0], parts[part, 1], parts[part, 2], parts[part, 3]
-        rolling, sliding = parts[part, 6], parts[part, 8]
+        joints, joints_end = parts[part, 0], parts[part, 1]
+        normals, normals_end = parts[part, 2], parts[part, 3]
+        rolling, rolling_end = parts[part, 6], parts[part, 7]
+        sliding, sliding_end = parts[part, 8], parts[part, 9]
         while done < rounds:
             if done % 2.0 == 1.0:
                 worst = push_each(lines, influence, joints, joints_end - joints, 1, blocks)
@@ -144,10 +146,10 @@ def solve_by_table(  # pragma: no cover
                 if bound > 0.0:
                     impulse = min(max(lines[WISH, n], -bound), bound)
                     worst = max(worst, push(lines, influence, n, impulse, blocks))
-            if rolling < parts[part, 7]:
-                worst = max(worst, push_pairs(lines, influence, rows, rolling, ends[3], parts[part, 7], blocks))
-            if sliding < parts[part, 9]:
-                worst = max(worst, push_pairs(lines, influence, rows, sliding, ends[3], parts[part, 9], blocks))
+            if rolling < rolling_end:
+                worst = max(worst, push_pairs(lines, influence, rows, rolling, ends[3], rolling_end, blocks))
+            if sliding < sliding_end:
+                worst = max(worst, push_pairs(lines, influence, rows, sliding, ends[3], sliding_end, blocks))
             done += 1.0
             if worst <= residual:
                 break
@@ -226,7 +228,8 @@ def push_pairs(lines, influence, rows, first, sliding, stop, blocks):
                 lines[IMPULSE, n + 1] += y
                 for k in range(BLOCK * blocks):
                     lines[WISH, k] -= x * influence[n, k] + y * influence[n + 1, k]
-                worst = max(worst, (x * lines[OWN, n] + y * lines[OWN, n + 1]) ** 2)  # added up, as Bullet does
+                both = x * lines[OWN, n] + y * lines[OWN, n + 1]  # added up, as Bullet does
+                worst = max(worst, both * both)
         x, y = next_x, next_y
     return worst
 
