@@ -21,7 +21,7 @@ def _rotation(rng: np.random.Generator, angle: float) -> np.ndarray:
 
 
 class _Point:
-    """A kept point: places on both bodies, normal, gap at its last step, whether it was held, and its contact now."""
+    """A kept point: places on both bodies, normal, last gap, whether it was held, and its contact."""
 
     def __init__(self, one: np.ndarray, two: np.ndarray, place: tuple[np.ndarray, int, float]) -> None:
         self.one, self.two, self.held = one, two, False

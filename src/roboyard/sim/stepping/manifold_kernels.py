@@ -168,8 +168,7 @@ def keep_points(  # pragma: no cover
                 new_points[pairs, place, k] = fresh[k]
             new_points[pairs, place, 15], new_points[pairs, place, 16] = TAKEN, dist[j]
             slots[j] = place
-        for back in range(n):
-            m = n - 1 if back == 0 else m - 1
+        for m in range(n - 1, -1, -1):
             if new_points[pairs, m, 15] == TAKEN:
                 continue
             gap, slid = located(new_points, pairs, m, xpos, xmat, one, two)[:2]
