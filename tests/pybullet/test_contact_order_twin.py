@@ -10,6 +10,7 @@ import pytest
 from roboyard import pybullet as p
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.sim.stepping.impulses import contact_order
+from roboyard.sim.stepping.impulses.meeting_pairs import SPARE
 from roboyard.sim.stepping.impulses.records import CHECKED, GROUP, LISTED, RANK, RANKED, TAKEN_UP, WORK
 from roboyard.sim.stepping.sequential_motors import quicksort
 
@@ -74,7 +75,7 @@ class _Order:
             enlarged = _wider(tight[geom], 0.02)
             if (enlarged[0] < self.wide[geom][0]).any() or (enlarged[1] > self.wide[geom][1]).any():
                 is_near = _meet(enlarged, self.wide[geom])
-                self.wide[geom] = _wider(tight[geom], 0.02 + 0.05 if is_near else 0.02)
+                self.wide[geom] = _wider(tight[geom], 0.02 + SPARE if is_near else 0.02)
                 self._add_pairs(geom)
                 has_moved = True
         if has_moved:

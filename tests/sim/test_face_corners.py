@@ -161,15 +161,15 @@ def test_the_points_of_two_boxes_are_in_the_order_of_a_plain_version() -> None:
             contact.geom.copy(), np.zeros(count, np.int32), np.zeros(count, np.int32), dist.copy(),
             contact.pos.copy(), contact.frame.copy(), np.zeros((count, 5)), np.zeros(count),
         )  # fmt: skip
-        tables = [(np.zeros(4, np.int64), np.zeros(4, np.int32), np.zeros((4, 4, 16))) for _ in range(2)]
+        tables = [(np.zeros(4, np.int64), np.zeros(4, np.int32), np.zeros((4, 4, 17))) for _ in range(2)]
         work, ends = np.zeros(64), np.zeros(4, np.int64)
         kinds = np.zeros((8, 8), np.uint8)
         kinds[BOX, BOX] = 1
         kernels.keep_points(
             given, count, kinds, model.geom_type, model.geom_bodyid, data.xpos, data.xmat,
-            np.array([thickness, 0.0]), np.full(2, 0.02), np.zeros(2, np.uint8), 1.0, 0, *tables[0],
+            np.array([thickness, 0.0]), np.full(2, 1e-7), np.zeros(2, np.uint8), 1.0, 0, *tables[0],
             *tables[1], work, np.zeros(32, np.int32), np.zeros((32, 13)), np.zeros(40, np.int32), ends,
-            in_body,
+            in_body, np.zeros(2, np.uint8), np.arange(2, dtype=np.int32),
         )  # fmt: skip
         assert work[ORDER : ORDER + len(order)].tolist() == order, case
         kept = [n for n in order[:taken] if dist[n] <= thickness]

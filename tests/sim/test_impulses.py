@@ -55,6 +55,7 @@ def problem(seed: int, arm: int) -> dict[str, np.ndarray]:
         "spans": spans,
         "goals": goals,
         "ends": np.array([4, 6, 6, 6, 10], np.int32),
+        "parts": np.array([[0, 4, 4, 6, 6, 6, 6, 6, 6, 10], [1] + [0] * 9], np.int32),
         "jacobian": entries,
         "dense": jacobian,
         "response": np.linalg.solve(mass, jacobian.T).T.copy(),
@@ -93,7 +94,7 @@ def reference(given: dict[str, np.ndarray], rounds: int) -> np.ndarray:
 def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, arm: int, rounds: int) -> None:
     given = problem(seed, arm)
     expected, scaled = reference(given, rounds), given["scaled"]
-    rows, spans, ends = (given[name] for name in ("rows", "spans", "ends"))
+    rows, spans, ends, parts = (given[name] for name in ("rows", "spans", "ends", "parts"))
     nv, width = arm + 6, 10 + -10 % BLOCK
     for by_table in (True, False):
         goals, change = given["goals"].copy(), np.zeros(nv)
@@ -101,7 +102,7 @@ def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, arm: int, ro
             across = np.zeros((nv, width))
             across[:, :10] = scaled.T
             solving.solve_by_table(
-                *(rows, spans, goals, ends, across, rounds, 0.0),
+                *(rows, spans, goals, ends, parts, across, rounds, 0.0),
                 *(np.zeros((10, width)), np.zeros((LINES, width)), change),
             )
         else:
@@ -110,7 +111,7 @@ def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, arm: int, ro
                 packed[n, :size] = scaled[n, first : first + size]
                 packed[n, size : size + others] = scaled[n, other : other + others]
             lanes.solve_in_turn(
-                *(rows, spans, goals, ends, packed, given["tree_dof"], given["tree_dofs"]),
+                *(rows, spans, goals, ends, parts, packed, given["tree_dof"], given["tree_dofs"]),
                 *(np.zeros(2, np.int32), np.zeros((10, lanes.PLACES), np.int32), np.full(900, np.nan)),
                 *(np.full(nv + 16, np.nan), rounds, 0.0, change),
             )

@@ -11,6 +11,8 @@ from roboyard.sim.stepping.step_row_kernels import Contacts
 
 FIELD, SPHERE, BOX, MESH = 1, 2, 6, 7
 REACH = 0.01
+BALL = 3
+"""The geom that is a sphere."""
 
 
 def _rotation(rng: np.random.Generator, angle: float) -> np.ndarray:
@@ -21,10 +23,11 @@ def _rotation(rng: np.random.Generator, angle: float) -> np.ndarray:
 
 
 class _Point:
-    """A kept point: places on both bodies, normal, whether it was held, and the contact that has it now."""
+    """A kept point: places on both bodies, normal, last gap, whether it was held, and its contact."""
 
-    def __init__(self, one: np.ndarray, two: np.ndarray, normal: np.ndarray, contact: int) -> None:
-        self.one, self.two, self.normal, self.contact, self.held = one, two, normal, contact, False
+    def __init__(self, one: np.ndarray, two: np.ndarray, place: tuple[np.ndarray, int, float]) -> None:
+        self.one, self.two, self.held = one, two, False
+        self.normal, self.contact, self.gap = place
 
 
 def _state(point: _Point, frames: dict, pair: tuple[int, int]) -> tuple[float, float, np.ndarray]:
@@ -34,17 +37,18 @@ def _state(point: _Point, frames: dict, pair: tuple[int, int]) -> tuple[float, f
     return gap, float(np.linalg.norm(b - a - gap * point.normal)), (a + b) / 2
 
 
-def _least_useful(points: list[_Point], fresh: _Point, dist: float, gaps: list[float], every: bool) -> int:
+def _least_useful(points: list[_Point], fresh: _Point, dist: float, every: bool, side: str) -> int:
     """Return the point that a fifth one replaces; -1 where the others have contacts of this step.
 
-    every: whether points that have a contact of this step are replaced, too.
+    every: whether points that have a contact of this step are replaced, too. side: the body that they are on.
     """
+    gaps = [point.gap for point in points]
     deepest = int(np.argmin(gaps)) if min(gaps) < dist else -1
     areas = []
     for m in range(4):
-        a, b, c = (points[k].one for k in range(4) if k != m)
+        a, b, c = (getattr(points[k], side) for k in range(4) if k != m)
         free = m != deepest and (every or points[m].contact < 0)
-        areas.append(np.linalg.norm(np.cross(fresh.one - a, c - b)) if free else -1.0)
+        areas.append(np.linalg.norm(np.cross(getattr(fresh, side) - a, c - b)) if free else -1.0)
     return int(np.argmax(areas)) if max(areas) >= 0.0 else -1
 
 
@@ -53,12 +57,14 @@ def _twin(
 ) -> tuple[dict, list, dict, set[int]]:
     """Update {pair: points}; return it, extra (contact, gap, middle), {contact: gap, middle} held, left ones.
 
-    field: geom of a height field, with which a pair has its kept points and no other contacts.
+    field: geom of a height field, with which a pair has its kept points and no other contacts. Points of a
+    ball on it are compared on the field, others on the first body.
     """
     new, extra, held, left = {}, [], {}, set()
     for pair in dict.fromkeys(contact[0] for contact in contacts):
         (p1, r1), (p2, r2) = frames[pair[0]], frames[pair[1]]
         points: list[_Point] = list(kept.get(pair, []))
+        side = "two" if pair == (BALL, field) else "one"
         for point in points:
             point.contact = -1
         mine = [i for i, contact in enumerate(contacts) if contact[0] == pair]
@@ -68,37 +74,36 @@ def _twin(
                 left |= {i} if field in pair else set()
                 continue
             one = r1.T @ (position - dist / 2 * normal - p1)
-            fresh = _Point(one, r2.T @ (position + dist / 2 * normal - p2), normal, i)
+            fresh = _Point(one, r2.T @ (position + dist / 2 * normal - p2), (normal, i, dist))
             free = [k for k, point in enumerate(points) if point.contact < 0 or field in pair]
-            far = {k: np.linalg.norm(points[k].one - one) for k in free}
+            far = {k: np.linalg.norm(getattr(points[k], side) - getattr(fresh, side)) for k in free}
             nearest = min(far, key=lambda k: far[k]) if far else -1
             if nearest >= 0 and far[nearest] < REACH:
                 gap, slid, middle = _state(points[nearest], frames, pair)
                 left |= {points[nearest].contact}
                 if points[nearest].held and anchored & set(pair) and gap <= REACH and slid <= REACH:
                     held[i] = gap, middle
-                    points[nearest].contact = i
+                    points[nearest].contact, points[nearest].gap = i, gap
                 else:
                     points[nearest] = fresh
             elif len(points) < 4:
                 points.append(fresh)
             else:
-                gaps = [_state(p, frames, pair)[0] for p in points]
-                place = _least_useful(points, fresh, dist, gaps, field in pair)
+                place = _least_useful(points, fresh, dist, field in pair, side)
                 if place >= 0:
                     left |= {points[place].contact}
                     points[place] = fresh
-        k = 0
-        while k < len(points):
-            gap, slid, middle = _state(points[k], frames, pair)
+        for k in range(len(points) - 1, -1, -1):
+            gap, slid, _ = _state(points[k], frames, pair)
             if points[k].contact < 0 and (gap > REACH or slid > REACH):
                 points[k] = points[-1]  # the last one takes its place
                 points.pop()
-                continue
-            if points[k].contact < 0:
-                extra.append((mine[0], gap, middle))
-            points[k].held = False
-            k += 1
+            elif points[k].contact < 0:
+                points[k].gap = gap
+        for point in points:
+            if point.contact < 0:
+                extra.append((mine[0], *_state(point, frames, pair)[::2]))
+            point.held = False
         if points:
             new[pair] = points
     return new, extra, held, left - {-1}
@@ -114,7 +119,7 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
     margins, reaches = np.zeros(5), np.full(5, REACH)
     places = rng.normal(size=(5, 3)) * 0.02
     turns = [np.eye(3)] * 5
-    tables = [(np.zeros(96, np.int64), np.zeros(96, np.int32), np.zeros((96, 4, 16))) for _ in range(2)]
+    tables = [(np.zeros(96, np.int64), np.zeros(96, np.int32), np.zeros((96, 4, 17))) for _ in range(2)]
     source, extra = np.zeros(384, np.int32), np.zeros((384, 13))
     fresh, ends, slots = np.zeros(15), np.zeros(4, np.int64), np.zeros(480, np.int32)
     anchors = np.array([0, 1, 0, 0, 0], np.uint8)
@@ -143,7 +148,7 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
         found = kernels.keep_points(
             *(given, count, kinds, types, bodies, places, np.array(turns).reshape(5, 9), margins, reaches),
             *(anchors, 1.0, before, *tables[0], *tables[1], fresh, source, extra, slots, ends),
-            np.zeros((0, 4, 3)),
+            *(np.zeros((0, 4, 3)), np.zeros(0, np.uint8), np.zeros(0, np.int32)),
         )
         tables.reverse()
         before = int(ends[0])

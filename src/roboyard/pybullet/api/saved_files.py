@@ -128,7 +128,7 @@ def _contacts_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> KeptPoints
     types = (owners.dtype, counts.dtype, points.dtype)
     if (
         counts.ndim != 1
-        or shapes != ((len(counts), 2, 3), (len(counts),), (len(counts), 4, 16))
+        or shapes != ((len(counts), 2, 3), (len(counts),), (len(counts), 4, 17))
         or types
         != (
             np.dtype(np.int64),

@@ -6,6 +6,7 @@ import numpy as np
 
 from roboyard.native import compiled
 from roboyard.sim.stepping.face_corners import ORDER, in_world, order_corners
+from roboyard.sim.stepping.impulses.slide_directions import comes_second
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
 PLANE, FIELD, SPHERE, CYLINDER, BOX = 0, 1, 2, 5, 6
@@ -29,29 +30,32 @@ HELD_FAST, TAKEN, TAKEN_AND_HELD = 1.0, 2.0, 3.0
 @compiled(
     CONTACTS,
     "i8 u1[:,::1] i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[::1] u1[::1] f8 i8 i8[::1] i4[::1]",
-    "f8[:,:,::1] i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i8[::1] f8[:,:,::1] -> i8",
+    "f8[:,:,::1] i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i8[::1] f8[:,:,::1] u1[::1]"
+    " i4[::1] -> i8",
 )
 def keep_points(  # pragma: no cover
     contacts, contact_count, kept_kinds, geom_type, geom_body, xpos, xmat, margins, reaches, anchors, seen,
     before, keys, counts, points, new_keys, new_counts, new_points, fresh, source, extra, slots, ends,
-    boxes,
+    boxes, compound, ages,
 ):  # fmt: skip
     """Add this step's contacts to the points of their pairs; return the number of points besides them.
 
     A pair, whose contacts come one after another, keeps up to four points. A contact replaces the point
-    within the pair's reach of it, or is added; points end where the surfaces have parted, or slid along each
-    other, by more than the reach. Where a surface has anchors, a point that did not slide in the step before
-    is not replaced: the contact is moved to it.
+    within the pair's reach of it on the body that Bullet lists first, or is added; points end where the
+    surfaces have parted, or slid along each other, by more than the reach. Where a surface has anchors, a
+    point that did not slide in the step before is not replaced: the contact is moved to it.
 
     contacts: MuJoCo's, of which the first contact_count are this step's. kept_kinds: (8, 8) 1 for the pairs
     of geom types that keep points. xpos: (nbody, 3), xmat: (nbody, 9). margins, reaches: (ngeom,) as of
     `hard_contacts`. anchors: (ngeom,) 1 for surfaces with anchors. seen: gap (m) up to which MuJoCo finds
     contacts. before: number of pairs in the step before, with keys: (n,), counts: (n,) and points:
-    (n, 4, 16), the places in the frames of the two bodies, the contact frame and 1 where it did not slide.
+    (n, 4, 17), the places in the frames of the two bodies, the contact frame, 1 where it did not slide, and
+    the gap (m).
     new_...: those of this step, written. fresh: (64,) work array. source: (4 ncon,) contact of which each
     extra point is a copy, extra: (4 ncon, 13) its position, frame and distance, written. slots: (5 ncon,)
     place of each contact's point in the table as 4 n + m, -1 for none, written. ends: (4,), number of pairs
-    and, as the last, of contacts moved, written. boxes: as of `drop_gaps`.
+    and, as the last, of contacts moved, written. boxes, compound: as of `drop_gaps`. ages: (ngeom,) turns in
+    which geoms were made.
     """
     geom, position, frame, dist = contacts.geom, contacts.position, contacts.frame, contacts.dist
     pairs = 0
@@ -86,10 +90,15 @@ def keep_points(  # pragma: no cover
                 at = row + 1 if row + 1 < before else 0
                 break
         are_boxes = geom_type[a] == BOX and geom_type[b] == BOX  # they begin to touch without a gap
+        is_ball_on_field = on_field and (geom_type[a] == SPHERE or geom_type[b] == SPHERE)
+        side_a = 3 if boxes.shape[0] > 0 and comes_second(geom_type, compound, ages, a, b) else 0
+        if is_ball_on_field:  # Bullet's function for these lists the triangle first
+            side_a = 3 if geom_type[b] == FIELD else 0
+        takes_new = are_boxes or on_field  # of a step's points one may replace another
         only = -1  # of the points on a plane, Bullet finds the deepest in each step
         if geom_type[a] == PLANE or geom_type[b] == PLANE:
             only = deepest(contacts, first, i, geom_type, geom_body, xpos, xmat)
-        in_turn = are_boxes and not is_anchored and boxes.shape[0] > 0 and i - first > 1
+        in_turn = are_boxes and boxes.shape[0] > 0 and i - first > 1
         listed = i - first
         if in_turn:
             listed = order_corners(contacts, first, i, boxes, geom_body, xpos, xmat, thickness, fresh)
@@ -109,7 +118,7 @@ def keep_points(  # pragma: no cover
                     fresh[3 + k] += xmat[two, 3 * d + k] * (position[j, d] + half - xpos[two, d])
             for k in range(9):
                 fresh[6 + k] = frame[j, k]
-            place = place_of(new_points, pairs, n, fresh, reach, on_field)
+            place = place_of(new_points, pairs, n, fresh, reach, side_a, takes_new)
             mark = TAKEN
             if place < 0 and (0 <= only != j or (are_boxes and dist[j] > thickness)):
                 dist[j] = AWAY
@@ -119,9 +128,7 @@ def keep_points(  # pragma: no cover
                     place = n
                     n += 1
                 else:
-                    place = least_useful(
-                        new_points, pairs, fresh, dist[j], xpos, xmat, one, two, on_field
-                    )  # fmt: skip
+                    place = least_useful(new_points, pairs, fresh, dist[j], side_a, takes_new)
                     if place < 0:
                         continue
             elif 0 <= only != j:
@@ -144,11 +151,19 @@ def keep_points(  # pragma: no cover
                     held += 1
                 for k in range(15):
                     fresh[k] = new_points[pairs, place, k]
-            elif are_boxes and dist[j] > thickness and not is_anchored:  # only refreshed where they overlap
-                gap, slid = located(new_points, pairs, place, xpos, xmat, one, two)[:2]
-                if gap - thickness > reach or slid > reach * reach:
+            elif are_boxes and dist[j] > thickness:  # only refreshed where they overlap
+                gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two)
+                if new_points[pairs, place, 15] >= TAKEN or gap - thickness > reach or slid > reach * reach:
                     dist[j] = AWAY
                     continue
+                if (position[j, 0] - x) ** 2 + (position[j, 1] - y) ** 2 + (
+                    position[j, 2] - z
+                ) ** 2 > UNMOVED:
+                    position[j, 0], position[j, 1], position[j, 2] = x, y, z
+                    for k in range(9):
+                        frame[j, k] = new_points[pairs, place, 6 + k]
+                    dist[j] = gap
+                    held += 1
                 for k in range(15):
                     fresh[k] = new_points[pairs, place, k]
             elif is_anchored and is_held(new_points, pairs, place):
@@ -162,42 +177,36 @@ def keep_points(  # pragma: no cover
                     dist[j] = gap
                     held += 1
                     mark = TAKEN_AND_HELD
+            if takes_new:
+                leave(dist, slots, first, i, place)
             for k in range(15):
                 new_points[pairs, place, k] = fresh[k]
-            if on_field and new_points[pairs, place, 15] >= TAKEN:
-                for other in range(first, i):
-                    if slots[other] == place:
-                        slots[other] = -1
-                        dist[other] = AWAY
-            new_points[pairs, place, 15] = mark
+            new_points[pairs, place, 15], new_points[pairs, place, 16] = mark, dist[j]
             slots[j] = place
-        m = 0
-        while m < n:
+        for m in range(n - 1, -1, -1):
             if new_points[pairs, m, 15] >= TAKEN:
-                new_points[pairs, m, 15] = 0.0
-                m += 1
                 continue
-            gap, slid, x, y, z = located(new_points, pairs, m, xpos, xmat, one, two)
+            gap, slid = located(new_points, pairs, m, xpos, xmat, one, two)[:2]
+            new_points[pairs, m, 16] = gap
             if gap - thickness > reach or slid > reach * reach:
                 n -= 1
                 copy_point(new_points, pairs, n, new_points, pairs, m)
                 for j in range(first, i):
                     if slots[j] == n:
                         slots[j] = m
+        for m in range(n):
+            is_new = new_points[pairs, m, 15] >= TAKEN
+            new_points[pairs, m, 15] = 0.0
+            if is_new:
                 continue
-            if are_boxes and not is_anchored:  # MuJoCo finds the point again before it can push
-                new_points[pairs, m, 15] = 0.0
-                m += 1
-                continue
+            gap, slid, x, y, z = located(new_points, pairs, m, xpos, xmat, one, two)
             source[found] = first
             extra[found, 0], extra[found, 1], extra[found, 2] = x, y, z
             for k in range(9):
                 extra[found, 3 + k] = new_points[pairs, m, 6 + k]
             extra[found, 12] = gap
             slots[contact_count + found] = MOST * pairs + m
-            new_points[pairs, m, 15] = 0.0
             found += 1
-            m += 1
         for j in range(first, i):
             if slots[j] >= 0:
                 slots[j] += MOST * pairs
@@ -210,7 +219,7 @@ def keep_points(  # pragma: no cover
 
 
 def note_slips(contacts, contact_count, slots, force, points):
-    """Note for each point kept whether friction held it in this step. points: (n, 4, 16) of this step.
+    """Note for each point kept whether friction held it in this step. points: (n, 4, 17) of this step.
 
     Bullet cuts friction at its bound by an angle's sine and cosine and holds the points whose friction is not
     above the bound then. Rounding decides: of points that slide, it holds three of four.
@@ -383,7 +392,7 @@ def deepest(contacts, first, end, geom_type, geom_body, xpos, xmat):
 
 def copy_point(points, pair, m, others, other_pair, other_m):
     """Write a point over another."""
-    for k in range(16):
+    for k in range(17):
         others[other_pair, other_m, k] = points[pair, m, k]
 
 
@@ -392,18 +401,26 @@ def is_held(points, pair, m):
     return points[pair, m, 15] == HELD_FAST or points[pair, m, 15] == TAKEN_AND_HELD
 
 
-def place_of(points, pair, n, fresh, reach, any_point):
-    """Return the point (of n) nearest to a new one on the first body, within reach and not taken; else -1.
+def leave(dist, slots, first, end, place):
+    """Move the contact first ... end away, if any, whose point another of this step takes."""
+    for j in range(first, end):
+        if slots[j] == place:
+            slots[j] = -1
+            dist[j] = AWAY
 
-    any_point: whether it may be one that a contact of this step has.
+
+def place_of(points, pair, n, fresh, reach, side, takes_new):
+    """Return the point (of n) nearest to a new one on a body, within reach; else -1.
+
+    side: 0 for the first body, 3 for the second. takes_new: whether points of this step may be taken, too.
     """
     best = -1
     least = reach * reach
     for m in range(n):
-        if points[pair, m, 15] >= TAKEN and not any_point:
+        if points[pair, m, 15] >= TAKEN and not takes_new:
             continue
         far = 0.0
-        for k in range(3):
+        for k in range(side, side + 3):
             far += (points[pair, m, k] - fresh[k]) ** 2
         if far < least:
             least = far
@@ -411,32 +428,31 @@ def place_of(points, pair, n, fresh, reach, any_point):
     return best
 
 
-def least_useful(points, pair, fresh, dist, xpos, xmat, one, two, any_point):
+def least_useful(points, pair, fresh, dist, side, takes_new):
     """Return the point of four that a new one replaces: not the deepest, so that the rest spans most area.
 
-    -1: all but the deepest are taken. any_point: as of `place_of`.
+    -1: all but the deepest are taken. side, takes_new: as of `place_of`.
     """
     deepest = -1
     depth = dist
     for m in range(MOST):
-        gap = located(points, pair, m, xpos, xmat, one, two)[0]
-        if gap < depth:
-            depth = gap
+        if points[pair, m, 16] < depth:  # of points of earlier steps the gap that they had then, as in Bullet
+            depth = points[pair, m, 16]
             deepest = m
     best = -1
     largest = -1.0
     for m in range(MOST):
-        if m == deepest or (points[pair, m, 15] >= TAKEN and not any_point):
+        if m == deepest or (points[pair, m, 15] >= TAKEN and not takes_new):
             continue
         first = 1 if m == 0 else 0
         last = 2 if m == 3 else 3
         second = 1 if m > 1 else 2
-        x1 = fresh[0] - points[pair, first, 0]
-        y1 = fresh[1] - points[pair, first, 1]
-        z1 = fresh[2] - points[pair, first, 2]
-        x2 = points[pair, last, 0] - points[pair, second, 0]
-        y2 = points[pair, last, 1] - points[pair, second, 1]
-        z2 = points[pair, last, 2] - points[pair, second, 2]
+        x1 = fresh[side] - points[pair, first, side]
+        y1 = fresh[side + 1] - points[pair, first, side + 1]
+        z1 = fresh[side + 2] - points[pair, first, side + 2]
+        x2 = points[pair, last, side] - points[pair, second, side]
+        y2 = points[pair, last, side + 1] - points[pair, second, side + 1]
+        z2 = points[pair, last, side + 2] - points[pair, second, side + 2]
         area = (y1 * z2 - z1 * y2) ** 2 + (z1 * x2 - x1 * z2) ** 2 + (x1 * y2 - y1 * x2) ** 2
         if area > largest:
             largest = area

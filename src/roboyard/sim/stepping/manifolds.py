@@ -70,7 +70,7 @@ class KeptPoints:
     counts: np.ndarray
     """(n,) number of points."""
     points: Array
-    """(n, 4, 16) places in the frames of both links (m), the contact frame, 1 where it did not slide."""
+    """(n, 4, 17) places in the frames of both links (m), contact frame, 1 where it did not slide, gap (m)."""
     met: MetPairs
 
 
@@ -170,6 +170,7 @@ class Manifolds:
         reaches: Array,
         anchors: np.ndarray,
         boxes: Array,
+        compound: np.ndarray,
     ) -> bool:
         """Keep the points of the contacts found and add those of earlier steps, after mj_collision.
 
@@ -181,6 +182,7 @@ class Manifolds:
             reaches: (ngeom,) gaps (m) from which on the geom's contacts do not push.
             anchors: (ngeom,) 1 for surfaces with anchors.
             boxes: (ngeom, 4, 3) boxes around the shapes, of none where gaps do not matter.
+            compound: (ngeom,) whether they are parts of compounds.
 
         Returns:
             Whether contacts were added or moved to anchors, so that constraints have to be made again.
@@ -197,7 +199,7 @@ class Manifolds:
             *(found.contacts, count, points.kinds, *bound.geoms, *bound.frames, margins, reaches),
             *(anchors, bound.seen),
             *(int(points.notes[PAIRS]), *before, *after, points.fresh, points.source, points.extra),
-            *(points.slots, points.notes, boxes),
+            *(points.slots, points.notes, boxes, compound, points.ages),
         )
         points.notes[TABLE], points.notes[EXTRA] = 1 - now, extra
         held = bool(points.notes[HELD])
@@ -326,18 +328,19 @@ class _Bound:
 
 def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int) -> Points:
     """Return room for the points of so many pairs, and for so many pairs whose boxes meet."""
-    new = np.zeros((geoms, 6))
-    new[:, 0] = 1.0
+    new, ages = np.zeros((geoms, 6)), np.zeros(geoms, np.int32)
+    new[:, 0], ages[turns] = 1.0, np.arange(len(turns))
     return Points(
         kinds=_kinds_that_keep(),
         keys=np.zeros((2, pairs), np.int64),
         counts=np.zeros((2, pairs), np.int32),
-        points=np.zeros((2, pairs, 4, 16)),
+        points=np.zeros((2, pairs, 4, 17)),
         fresh=np.zeros(SCRATCH),
         source=np.zeros(4 * pairs, np.int32),
         extra=np.zeros((4 * pairs, 13)),
         slots=np.full(5 * pairs, -1, np.int32),
         turns=turns,
+        ages=ages,
         tree_places=tree_places,
         tight=np.zeros((geoms, 6)),
         wide=new,

@@ -219,6 +219,7 @@ class SequentialMotors:
                 name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules", "places")
             }
             self._solver = _solver(2 * rows, *lengths, entries=self._width)._replace(**keeps)
+            self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
         self._surface = self._surface._replace(base=self._surfaces.normal_references(len(self._solver.order)))
         self._bundle = None
 
@@ -232,6 +233,7 @@ class SequentialMotors:
             rows = max(len(self._solver.order), 16)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
             self._solver = _solver(rows, model.nv, model.nbody, model.ntree, self._width)
+            self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
             self._unbounded = np.full(model.nv, np.inf)
             self._bundle, self._is_ordered = None, False
         mechanism = self._mechanism
@@ -379,6 +381,7 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.Solv
         taken=np.zeros(trees, np.uint8),
         groups=np.zeros(trees, np.int32),
         places=np.zeros(0, np.int32),
+        parts=np.zeros((trees + 1, 10), np.int32),
         ends=np.full(6, -1, np.int32),
         order=np.zeros((rows, 4), np.int32),
         spans=np.zeros((rows, 4), np.int32),

@@ -354,7 +354,7 @@ class Stepping:
         boxes = self.surfaces.boxes(model, data)
         moved = len(boxes[0]) > 0 and self.manifolds.move(model, data, found, margins, *boxes)
         anchors = self.surfaces.anchors
-        return self.manifolds.update(model, data, found, margins, reaches, anchors, boxes[0]) or moved
+        return self.manifolds.update(model, data, found, margins, reaches, anchors, *boxes[:2]) or moved
 
     def _complete_rows(self, model: Any, data: Any, found: StepRows) -> None:
         """Make the rest of MuJoCo's arrays of constraints after its rows."""

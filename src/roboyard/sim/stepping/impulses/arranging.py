@@ -6,8 +6,10 @@ import numpy as np
 
 from roboyard.sim.stepping.impulses.contact_order import order_contacts
 from roboyard.sim.stepping.impulses.entries import copy_entries, entry_of, place_of
+from roboyard.sim.stepping.impulses.grouping import gather_groups
 from roboyard.sim.stepping.impulses.records import TAKEN_UP
 from roboyard.sim.stepping.impulses.rows import choose_trees, order_rows
+from roboyard.sim.stepping.impulses.slide_directions import turn_slides
 
 
 def arrange(rows, contacts, search, mechanism, state, points, surface, solver, wanted):  # pragma: no cover
@@ -35,6 +37,7 @@ def arrange(rows, contacts, search, mechanism, state, points, surface, solver, w
         mechanism.limits, mechanism.equality_slot, mechanism.equality_tree, solver.taken, wanted,
         sequence, sequence.shape[0], solver.places, solver.order, solver.ends,
     )  # fmt: skip
+    gather_groups(mechanism, points, solver, surface.boxes.shape[0] > 0)
     spans, jacobian = solver.spans, solver.jacobian
     for n in range(found):
         for side in range(2):
@@ -45,6 +48,8 @@ def arrange(rows, contacts, search, mechanism, state, points, surface, solver, w
     solver.ends[5] = found + left
     velocity = rows.velocity[at[7] : at[7] + count]
     position = rows.position[at[3] : at[3] + count]
+    if found + left == count and surface.boxes.shape[0] > 0:
+        turn_slides(contacts, sequence, mechanism, surface, points, solver, velocity)
     slide_on_margins(geom, address, sequence, contacts, mechanism, state, surface, solver, velocity)
     for n in range(solver.ends[0]):
         row = solver.order[n, 0]

@@ -51,6 +51,7 @@ def keep(rows, contacts, search, mechanism, state, points, surface, rules):  # p
             points.notes[PAIRS], points.keys[now], points.counts[now], points.points[now],
             points.keys[following], points.counts[following], points.points[following], points.fresh,
             points.source, points.extra, points.slots, points.notes, surface.boxes,
+            surface.compound, points.ages,
         )  # fmt: skip
         points.notes[TABLE] = following
         if points.notes[HELD] > 0:

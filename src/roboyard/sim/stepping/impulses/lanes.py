@@ -219,51 +219,60 @@ def set_impulse(lanes, places, n, impulse, velocities):
 
 
 def solve_in_turn(  # pragma: no cover
-    rows, spans, goals, ends, scaled, tree_dof, tree_dofs, slots, places, lanes, velocities,
-    rounds, residual, change,
+    rows, spans, goals, ends, parts, scaled, tree_dof, tree_dofs, slots, places, lanes, velocities, rounds,
+    residual, change,
 ):  # fmt: skip
     """Solve row by row, each with the changes of velocity that the others have made, in several rounds.
 
-    Motors and limits are taken backwards and forwards by turns. Rounds end when no row changes its velocity
-    by more than the root of the residual, or after `rounds`: motors of joints with nearly parallel axes, or
-    at their largest impulse, have not converged by then. The two sliding rows of a contact share one bound,
-    the normal's impulse in this round times the coefficient. Returns the number of rounds.
+    Motors and limits are taken backwards and forwards by turns. Rounds of a group end when none of its rows
+    changes its velocity by more than the root of the residual, or after `rounds`: motors of joints with
+    nearly parallel axes, or at their largest impulse, have not converged by then. The two sliding rows of a
+    contact share one bound, the normal's impulse in this round times the coefficient. Returns the largest
+    number of rounds.
 
-    rows, spans, scaled: see `Solver`. slots: (ntree,), places: (n, PLACES), lanes: (m,) and
-    velocities: (k,), work arrays. change: (nv,) sums of
-    scaled entries by impulses, written.
+    rows, ..., scaled: see `Solver`. slots: (ntree,), places: (n, PLACES), lanes: (m,) and velocities: (k,),
+    work arrays. change: (nv,) sums of scaled entries by impulses, written.
     """
     lay_out(rows, spans, goals, ends, scaled, tree_dofs, slots, places, lanes, velocities)
     couple(spans, ends, scaled, places, lanes)
-    done = 0.0
-    while done < rounds:
-        worst = 0.0
-        for i in range(ends[0]):
-            n = i if done % 2.0 == 1.0 else ends[0] - 1 - i
-            at = places[n, START]
-            wish = wish_of(lanes, at, speed_of(lanes, places, n, velocities))
-            impulse = min(max(wish, lanes[at + LOW]), lanes[at + HIGH])
-            worst = max(worst, set_impulse(lanes, places, n, impulse, velocities))
-        if ends[0] < ends[1]:
-            worst = max(worst, push_normals(lanes, places, ends[0], ends[1], velocities))
-        for n in range(ends[1], ends[2]):
-            at = places[n, START]
-            bound = lanes[at + HIGH] * max(lanes[places[n, NORMAL]], 0.0)
-            if bound > 0.0:
+    most = 0.0
+    for part in range(parts[parts.shape[0] - 1, 0]):
+        done = 0.0
+        joints, joints_end = parts[part, 0], parts[part, 1]
+        normals, normals_end = parts[part, 2], parts[part, 3]
+        rolling, rolling_end = parts[part, 6], parts[part, 7]
+        sliding, sliding_end = parts[part, 8], parts[part, 9]
+        while done < rounds:
+            worst = 0.0
+            for i in range(joints_end - joints):
+                n = joints + i if done % 2.0 == 1.0 else joints_end - 1 - i
+                at = places[n, START]
                 wish = wish_of(lanes, at, speed_of(lanes, places, n, velocities))
-                impulse = min(max(wish, -bound), bound)
+                impulse = min(max(wish, lanes[at + LOW]), lanes[at + HIGH])
                 worst = max(worst, set_impulse(lanes, places, n, impulse, velocities))
-        if ends[2] < ends[4]:
-            worst = max(worst, slide_pairs(lanes, places, ends[2], ends[3], ends[4], velocities))
-        done += 1.0
-        if worst <= residual:
-            break
+            if normals < normals_end:
+                worst = max(worst, push_normals(lanes, places, normals, normals_end, velocities))
+            for n in range(parts[part, 4], parts[part, 5]):
+                at = places[n, START]
+                bound = lanes[at + HIGH] * max(lanes[places[n, NORMAL]], 0.0)
+                if bound > 0.0:
+                    wish = wish_of(lanes, at, speed_of(lanes, places, n, velocities))
+                    impulse = min(max(wish, -bound), bound)
+                    worst = max(worst, set_impulse(lanes, places, n, impulse, velocities))
+            if rolling < rolling_end:
+                worst = max(worst, slide_pairs(lanes, places, rolling, ends[3], rolling_end, velocities))
+            if sliding < sliding_end:
+                worst = max(worst, slide_pairs(lanes, places, sliding, ends[3], sliding_end, velocities))
+            done += 1.0
+            if worst <= residual:
+                break
+        most = max(most, done)
     for n in range(ends[4]):
         goals[n, 3] = lanes[places[n, START] + IMPULSE]
     for tree in range(tree_dofs.shape[0]):
         for k in range(tree_dofs[tree]):
             change[tree_dof[tree] + k] = velocities[slots[tree] + k]
-    return done
+    return most
 
 
 def push_normals(lanes, places, first, last, velocities):
@@ -311,7 +320,7 @@ def slide_pairs(lanes, places, first, sliding, stop, velocities):
             if delta != 0.0 or other_delta != 0.0:
                 lanes[at + IMPULSE], lanes[other + IMPULSE] = x, y
                 push_pair(lanes, places, n, delta, other_delta, velocities)
-                delta, other_delta = delta * lanes[at + OWN], other_delta * lanes[other + OWN]
-                worst = max(worst, max(delta * delta, other_delta * other_delta))
+                both = delta * lanes[at + OWN] + other_delta * lanes[other + OWN]  # added up, as Bullet does
+                worst = max(worst, both * both)
         x, y = next_x, next_y
     return worst

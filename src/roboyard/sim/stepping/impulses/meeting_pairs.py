@@ -18,8 +18,9 @@ EVERYWHERE = 1e18
 """Half the size of a plane's box (m)."""
 BREAKING = 0.02
 """Width (m) by which a shape's box is enlarged when it is compared with the one it is in."""
-SPARE = 0.05
-"""Width (m) by which the box that it gets then is enlarged besides."""
+SPARE = 2e-4
+"""Width (m) by which the box that it gets then is enlarged besides, so that a body at rest keeps its box;
+PyBullet adds nothing."""
 CHECKS = 10
 """Pairs are checked in turn for whether they ended: so many of a hundred in a step."""
 
@@ -168,7 +169,7 @@ def place_of_pair(points, a, b):
 
 def spread(a, b):
     """Return a number below 2^31 that differs much where a pair differs little."""
-    mixed = (a * 2654435761 + b * 40503) & 0x7FFFFFFF
+    mixed = (int(a) * 2654435761 + int(b) * 40503) & 0x7FFFFFFF
     return mixed ^ (mixed >> 15)
 
 

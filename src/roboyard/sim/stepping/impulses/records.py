@@ -151,7 +151,7 @@ class Points(NamedTuple):
     keys: np.ndarray
     counts: np.ndarray
     points: np.ndarray
-    """(2, n, 4, 16) places in the frames of both links (m), the contact frame, 1 where it did not slide."""
+    """(2, n, 4, 17) places in the frames of both links (m), contact frame, 1 where it did not slide, gap."""
     fresh: np.ndarray
     source: np.ndarray
     extra: np.ndarray
@@ -159,6 +159,8 @@ class Points(NamedTuple):
     """Place of each contact's point in the table, -1 for none."""
     turns: np.ndarray
     """Geoms of bodies in the order in which these were made; others have no boxes."""
+    ages: np.ndarray
+    """(ngeom,) place of each geom in that order, 0 for others."""
     tree_places: np.ndarray
     """(ntree,) place of each tree in that order."""
     tight: np.ndarray
@@ -215,6 +217,9 @@ class Solver(NamedTuple):
     groups: np.ndarray
     """(ntree,) work array of `order_contacts`."""
     places: np.ndarray
+    parts: np.ndarray
+    """(ntree + 1, 10) for each group of bodies, first and end of its rows of each kind; the last row has the
+    number of groups."""
     ends: np.ndarray
     """(6,) ends of the five groups of rows, and the number of rows listed or known to do nothing, -1 where
     others solve all."""
@@ -262,7 +267,7 @@ STATE = record(
 )
 POINTS = record(
     Points,
-    "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1]"
+    "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1]"
     " f8[:,::1] f8[:,::1] f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i8[::1]",
 )
 SURFACE = record(
@@ -271,9 +276,9 @@ SURFACE = record(
 )
 SOLVER = record(
     Solver,
-    "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[:,::1] f8[:,::1]"
-    " f8[:,::1] f8[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1] f8[:,::1]"
-    " f8[:,::1] f8[:,::1] f8[::1] f8[:,::1]",
+    "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[:,::1]"
+    " f8[:,::1] f8[:,::1] f8[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1]"
+    " f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[:,::1]",
 )
 EVERYTHING = Bundle((ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER))
 """Arrays of a step."""

@@ -76,8 +76,8 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
                 across[other + k, n] = jacobian[n, size + k]
         scale_across(mechanism, state, roots, across, blocks)
         solve_by_table(
-            order, spans, goals, ends, across, rules[ROUNDS], rules[RESIDUAL], solver.influence, solver.lines,
-            solver.change,
+            order, spans, goals, ends, solver.parts, across, rules[ROUNDS], rules[RESIDUAL], solver.influence,
+            solver.lines, solver.change,
         )  # fmt: skip
     else:
         for n in range(listed):
@@ -89,9 +89,9 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
                 tree = order[n, 2]
                 scale(mechanism, state, roots, plain[tree], entry, out, spans[n, 2], spans[n, 3], size)
         solve_in_turn(
-            order, spans, goals, ends, solver.scaled, mechanism.tree_dof, mechanism.tree_dofs, solver.slots,
-            solver.places_of_rows, solver.lanes, solver.velocities, rules[ROUNDS], rules[RESIDUAL],
-            solver.change,
+            order, spans, goals, ends, solver.parts, solver.scaled, mechanism.tree_dof, mechanism.tree_dofs,
+            solver.slots, solver.places_of_rows, solver.lanes, solver.velocities, rules[ROUNDS],
+            rules[RESIDUAL], solver.change,
         )  # fmt: skip
     change_velocities(mechanism, state, roots, solver.change)
     if solver.ends[5] == count:
@@ -108,7 +108,7 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
 
 
 def solve_by_table(  # pragma: no cover
-    rows, spans, goals, ends, across, rounds, residual, influence, lines, change
+    rows, spans, goals, ends, parts, across, rounds, residual, influence, lines, change
 ):
     """Do what `solve_in_turn` does, for a bounded number of rows, with their effect on each other.
 
@@ -139,23 +139,32 @@ def solve_by_table(  # pragma: no cover
         for k in range(BLOCK * blocks):
             influence[n, k] *= lines[INVERSE, k]
         influence[n, n] = 0.0
-    done = 0.0
-    while done < rounds:
-        if done % 2.0 == 1.0:
-            worst = push_each(lines, influence, 0, ends[0], 1, blocks)
-        else:
-            worst = push_each(lines, influence, ends[0] - 1, ends[0], -1, blocks)
-        worst = max(worst, push_each(lines, influence, ends[0], ends[1] - ends[0], 1, blocks))
-        for n in range(ends[1], ends[2]):
-            bound = lines[HIGH, n] * max(lines[IMPULSE, rows[n, 3]], 0.0)
-            if bound > 0.0:
-                impulse = min(max(lines[WISH, n], -bound), bound)
-                worst = max(worst, push(lines, influence, n, impulse, blocks))
-        if ends[2] < count:
-            worst = max(worst, push_pairs(lines, influence, rows, ends[2], ends[3], count, blocks))
-        done += 1.0
-        if worst <= residual:
-            break
+    most = 0.0
+    for part in range(parts[parts.shape[0] - 1, 0]):
+        done = 0.0
+        joints, joints_end = parts[part, 0], parts[part, 1]
+        normals, normals_end = parts[part, 2], parts[part, 3]
+        rolling, rolling_end = parts[part, 6], parts[part, 7]
+        sliding, sliding_end = parts[part, 8], parts[part, 9]
+        while done < rounds:
+            if done % 2.0 == 1.0:
+                worst = push_each(lines, influence, joints, joints_end - joints, 1, blocks)
+            else:
+                worst = push_each(lines, influence, joints_end - 1, joints_end - joints, -1, blocks)
+            worst = max(worst, push_each(lines, influence, normals, normals_end - normals, 1, blocks))
+            for n in range(parts[part, 4], parts[part, 5]):
+                bound = lines[HIGH, n] * max(lines[IMPULSE, rows[n, 3]], 0.0)
+                if bound > 0.0:
+                    impulse = min(max(lines[WISH, n], -bound), bound)
+                    worst = max(worst, push(lines, influence, n, impulse, blocks))
+            if rolling < rolling_end:
+                worst = max(worst, push_pairs(lines, influence, rows, rolling, ends[3], rolling_end, blocks))
+            if sliding < sliding_end:
+                worst = max(worst, push_pairs(lines, influence, rows, sliding, ends[3], sliding_end, blocks))
+            done += 1.0
+            if worst <= residual:
+                break
+        most = max(most, done)
     for n in range(count):
         goals[n, 3] = lines[IMPULSE, n]
     for d in range(change.shape[0]):
@@ -163,7 +172,7 @@ def solve_by_table(  # pragma: no cover
         for n in range(count):
             total += lines[IMPULSE, n] * across[d, n]
         change[d] = total
-    return done
+    return most
 
 
 def push(lines, influence, n, impulse, blocks):
@@ -230,7 +239,8 @@ def push_pairs(lines, influence, rows, first, sliding, stop, blocks):
                 lines[IMPULSE, n + 1] += y
                 for k in range(BLOCK * blocks):
                     lines[WISH, k] -= x * influence[n, k] + y * influence[n + 1, k]
-                worst = max(worst, max((x * lines[OWN, n]) ** 2, (y * lines[OWN, n + 1]) ** 2))
+                both = x * lines[OWN, n] + y * lines[OWN, n + 1]  # added up, as Bullet does
+                worst = max(worst, both * both)
         x, y = next_x, next_y
     return worst
 
