@@ -57,17 +57,17 @@ def gather_groups(mechanism, points, solver, has_groups):  # pragma: no cover
     parts[last, 0] = count
 
 
-def sort_joints(order, count, parts, mechanism, points, groups, spare):  # pragma: no cover
-    """Sort the first rows by their groups, whose ranges are known. spare: (n, 4) or larger, work array."""
+def sort_joints(order, count, parts, mechanism, points, groups, work):  # pragma: no cover
+    """Sort the first rows by their groups, whose ranges are known. work: (n, 4) or larger, written."""
     for n in range(count):
         root = root_of_row(order, n, mechanism, points, groups)
         to = parts[root, 0]
         parts[root, 0] = to + 1
         for k in range(4):
-            spare[to, k] = order[n, k]
+            work[to, k] = order[n, k]
     for n in range(count):
         for k in range(4):
-            order[n, k] = spare[n, k]
+            order[n, k] = work[n, k]
     for n in range(count):  # from the last back, so that each group's first remains
         root = root_of_row(order, count - 1 - n, mechanism, points, groups)
         parts[root, 0] = count - 1 - n
