@@ -52,7 +52,7 @@ class _Order:
         )
 
     def _add_pairs(self, geom: int) -> None:
-        for other in self.turns:
+        for other in reversed(self.turns):
             pair = min(geom, other), max(geom, other)
             meets = other in self.wide and other != geom and _meet(self.wide[geom], self.wide[other])
             if meets and self._may_touch(*pair) and pair not in self.pairs:

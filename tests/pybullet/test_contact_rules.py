@@ -194,14 +194,15 @@ def test_boxes_on_boxes_hold_at_their_anchors(
 
 
 @pytest.mark.parametrize(
-    ("anchor", "creep", "error"), [("", (-1.302e-4, -0.144e-4), 2.6e-4), ("<friction_anchor/>", (0, 0), 3e-6)]
+    ("anchor", "creeps", "error"),
+    [("", [(-1.31e-4, -0.13e-4), (-1.77e-4, -0.78e-4)], 1.5e-5), ("<friction_anchor/>", [(0, 0)], 3e-6)],
 )
 def test_feet_that_press_apart_creep_without_anchors_alone(
-    client: int, tmp_path: Path, anchor: str, creep: tuple[float, float], error: float
+    client: int, tmp_path: Path, anchor: str, creeps: list[tuple[float, float]], error: float
 ) -> None:
-    """As PyBullet's robot in 300 steps, by 1.3e-4 to 1.9e-4 m, and by less than 1e-6 m with anchors.
+    """As PyBullet's robot in 300 steps, by 1.3e-4 or 1.9e-4 m, and by less than 1e-6 m with anchors.
 
-    Which of these it is depends there, too, on changes of 1e-9 in its first pose.
+    Which of both it is depends on changes of 1e-9 in its first pose, there as well.
     """
     _ground()
     feet = "".join(
@@ -221,7 +222,8 @@ def test_feet_that_press_apart_creep_without_anchors_alone(
         if step == 13 and not anchor:  # one foot has touched down
             speed = p.getBaseVelocity(robot)[0]
             np.testing.assert_allclose(speed, TOUCHED, atol=1e-7)
-    assert np.linalg.norm(np.subtract(*reversed(places)) - (*creep, 0)) <= error
+    moved = np.subtract(*reversed(places))
+    assert min(np.linalg.norm(moved - (*creep, 0)) for creep in creeps) <= error
 
 
 HINGED = """<robot name="arm"><link name="base"/><link name="turn">{mass}{turn}</link>

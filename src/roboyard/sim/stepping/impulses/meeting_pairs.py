@@ -109,10 +109,14 @@ def overlap(boxes, a, others, b, width):
 
 
 def add_pairs(mechanism, points, geom):
-    """Add the pairs of a geom with all that have boxes, where these meet its own."""
+    """Add the pairs of a geom with all that have boxes, where these meet its own, the latest ones first.
+
+    In Bullet's tree a box is on the second side of the node that it is added to, which is searched first.
+    """
     wide = points.wide
-    for turn in range(points.turns.shape[0]):
-        other = points.turns[turn]
+    count = points.turns.shape[0]
+    for k in range(count):
+        other = points.turns[count - 1 - k]
         if overlap(wide, geom, wide, other, 0.0) and other != geom and wide[other, 0] <= wide[other, 3]:
             a, b = min(geom, other), max(geom, other)
             if may_touch(mechanism, a, b) and place_of_pair(points, a, b) < 0:
