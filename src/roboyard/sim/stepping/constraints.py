@@ -243,6 +243,7 @@ class Constraints:
         constraint.tendon = tendon
         _stiffen(element)
         self._register(constraint, max_force)
+        self._world.mark_stale()
         offset = joint_a.position + ratio * joint_b.position
         self.set_gear(constraint, ratio, offset if against is None else offset - against.position)
         return constraint
@@ -276,6 +277,7 @@ class Constraints:
             self._edits = -1 if world.is_stale else world.edits
         self._new.append(constraint)
         self._register(constraint, max_force)
+        world.mark_stale()
         if self._edits >= 0:
             self._edits += 1
         return constraint
@@ -284,7 +286,6 @@ class Constraints:
         constraint.max_force = max_force
         self._by_id[constraint.id] = constraint
         self._next += 1
-        self._world.mark_stale()
 
     def enter_new(self) -> None:
         """Add new constraints to the spec, before it is compiled or read."""
@@ -368,9 +369,7 @@ class Constraints:
             self.before_reuse()
         constraint.element, constraint.site_a, constraint.site_b = found.pop()
         constraint.element.active = True
-        constraint.max_force = max_force
-        self._by_id[constraint.id] = constraint
-        self._next += 1
+        self._register(constraint, max_force)
         model, data, number = world.live_model, world.live_data, constraint.element.id
         model.eq_solref[number], model.eq_solimp[number] = STIFF_SOLREF, STIFF_SOLIMP
         ours = data.efc_id[: data.ne] == number
