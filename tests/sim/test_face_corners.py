@@ -160,6 +160,7 @@ def test_the_points_of_two_boxes_are_in_the_order_of_a_plain_version() -> None:
         given = Contacts(
             contact.geom.copy(), np.zeros(count, np.int32), np.zeros(count, np.int32), dist.copy(),
             contact.pos.copy(), contact.frame.copy(), np.zeros((count, 5)), np.zeros(count),
+            np.zeros(count, np.int32),
         )  # fmt: skip
         tables = [(np.zeros(4, np.int64), np.zeros(4, np.int32), np.zeros((4, 4, 17))) for _ in range(2)]
         work, ends = np.zeros(64), np.zeros(4, np.int64)

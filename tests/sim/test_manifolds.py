@@ -143,7 +143,7 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
         given = Contacts(
             *(np.array(pairs, np.int32), np.zeros(count, np.int32), np.zeros(count, np.int32)),
             *(np.array([c[3] for c in contacts]), np.array([c[1] for c in contacts]), frame),
-            *(np.zeros((count, 5)), np.zeros(count)),
+            *(np.zeros((count, 5)), np.zeros(count), np.zeros(count, np.int32)),
         )
         found = kernels.keep_points(
             *(given, count, kinds, types, bodies, places, np.array(turns).reshape(5, 9), margins, reaches),

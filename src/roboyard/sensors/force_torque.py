@@ -42,17 +42,15 @@ class ForceTorqueSensor(Sensor):
 
 def internal_forces(world: World) -> None:
     """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, applied wrenches included."""
-    from roboyard._mujoco import mujoco
-
     data = world.live_data
     push = world.wrenches.of_last_push
     is_fresh = push is not None and push[0] == world.time and push[1].shape == data.xfrc_applied.shape
     if not is_fresh or world.wrenches.pending:
-        mujoco.mj_rnePostConstraint(world.live_model, data)
+        world.find_reactions()
         return
     assert push is not None
     data.xfrc_applied[:] = push[1]
     try:
-        mujoco.mj_rnePostConstraint(world.live_model, data)
+        world.find_reactions()
     finally:
         data.xfrc_applied[:] = 0.0

@@ -27,7 +27,7 @@ class Imu(Sensor):
         world = self.world
         data = world.velocities()
         model = world.live_model
-        mujoco.mj_rnePostConstraint(model, data)
+        world.find_reactions()
         row = int(self.link.body.mujoco_ids[self.link.index])
         moving, velocity = np.empty(6), np.empty(6)
         kind = mujoco.mjtObj.mjOBJ_XBODY

@@ -130,6 +130,14 @@ class Engine(Generic[BodyT]):
     def refresh_stepping(self) -> None:
         """Note that a rule of the time step was added, changed or removed."""
 
+    def contact_forces(self) -> Array:
+        """Return (ncon, 3) forces (N) of the last step's contacts along the axes of their frames."""
+        raise NotImplementedError
+
+    def find_reactions(self) -> None:
+        """Compute MuJoCo's `cacc`, `cfrc_ext` and `cfrc_int` of the last step."""
+        raise NotImplementedError
+
     def _parts_in_cycles(self) -> Sequence[object]:
         """Return the parts, beside bodies, that refer to each other without passing through the world."""
         return ()

@@ -471,9 +471,7 @@ class PhysicsScene:
         if self.motor_revision != self.world.revision:
             return None
         if not self._wrenches_known:
-            from roboyard._mujoco import mujoco
-
-            mujoco.mj_rnePostConstraint(self.world.live_model, self.world.live_data)
+            self.world.find_reactions()
             self._wrenches_known = True
         return self.world.live_data.cfrc_int
 

@@ -59,18 +59,11 @@ class ContactArrays:
 
 def contact_arrays(world: Engine[Body]) -> ContactArrays:
     """Return the contacts of the last step (or of the last `World.detect_contacts`)."""
-    from roboyard._mujoco import mujoco
-
     world.ensure_compiled()
     model, data = world.live_model, world.live_data
     k = data.ncon
     contact = data.contact
-    force = np.zeros((k, 3))
-    wrench = np.zeros(6)
-    if data.nefc:
-        for i in range(k):
-            mujoco.mj_contactForce(model, data, i, wrench)
-            force[i] = wrench[:3]
+    force = world.contact_forces()
     geom = contact.geom.reshape(k, 2)
     owners = world.geom_owners[geom]
     if model.nflex:

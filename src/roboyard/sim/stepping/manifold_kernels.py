@@ -226,7 +226,10 @@ def note_slips(contacts, contact_count, slots, force, points):
     """
     for i in range(contact_count):
         row = contacts.address[i]
-        if slots[i] < 0 or row < 0 or contacts.dim[i] < 3:
+        if slots[i] < 0 or contacts.dim[i] < 3:
+            continue
+        if row < 0:  # across a gap
+            points[slots[i] // MOST, slots[i] % MOST, 15] = 1.0
             continue
         bound = contacts.friction[i, 0] * force[row]
         x, y = force[row + 1], force[row + 2]

@@ -21,6 +21,7 @@ from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.constraints import Constraints
+from roboyard.sim.stepping.contact_rows import ContactRows
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.impulses.lanes import HEAD, PLACES
 from roboyard.sim.stepping.manifolds import Manifolds
@@ -58,6 +59,8 @@ class SequentialMotors:
         self._state: Any = None
         self._surface: Any = None
         self._solver = _solver(0, 0, 0, 0, 0)
+        self.contact_rows = ContactRows()
+        """Rows of contacts that MuJoCo does not make."""
         self._width = 0
         """Most degrees of freedom that a row moves."""
         self._bundle: Any = None
@@ -178,6 +181,26 @@ class SequentialMotors:
                 found.leave_memory()
             else:
                 return answer
+
+    def solve_contacts(self, found: StepRows) -> int:
+        """Execute a step from the making of contacts' rows on, which MuJoCo has not made; see `ContactRows`.
+
+        Args:
+            found: the contacts, whose points are kept, and the rows of joints and equalities.
+
+        Returns:
+            DONE, or what `execute` or `take_rows` returns where MuJoCo has to make the rows.
+        """
+        own = self.contact_rows
+        while True:
+            bundle = self._bundle_of(found)
+            answer = own.take(found, self._surface)
+            if answer != r.DONE:
+                return answer
+            answer = order().execute(own.bundle_in_place_of(bundle, found), r.ARRANGE, r.SOLVE, 1)
+            if answer != r.ROOM:
+                return answer
+            self._grow(int(own.counts[0]), int(own.counts[ALL]))
 
     def _bundle_of(self, found: StepRows) -> Any:
         """Return all arrays of a step as one argument of compiled loops."""

@@ -41,6 +41,8 @@ class Contacts(NamedTuple):
     frame: np.ndarray
     friction: np.ndarray
     mu: np.ndarray
+    exclude: np.ndarray
+    """Not 0 where MuJoCo makes no rows for the contact."""
 
 
 ROWS = record(
@@ -48,7 +50,7 @@ ROWS = record(
     "i4[::1] i4[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1]"
     " i8[::1]",
 )
-CONTACTS = record(Contacts, "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[:,:] f8[:]")
+CONTACTS = record(Contacts, "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[:,:] f8[:] i4[:]")
 
 
 @compiled("i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8 i8 -> i8")

@@ -28,7 +28,10 @@ ROWS = (
 """Names in MjData of the arrays of `Rows`."""
 ARENA = 1
 """Place of the block's address among the addresses."""
-_CONTACT = {"geom": 2, "efc_address": 0, "dim": 0, "dist": 0, "pos": 3, "frame": 9, "friction": 5, "mu": 0}
+_CONTACT = {
+    "geom": 2, "efc_address": 0, "dim": 0, "dist": 0, "pos": 3, "frame": 9, "friction": 5, "mu": 0,
+    "exclude": 0,
+}  # fmt: skip
 """Names in MuJoCo's contact of the fields of `Contacts`, to the length of those that are vectors."""
 _COUNTS = ("ncon", "ne", "nf", "nl", "nefc", "nJ")
 ALL = 4
@@ -50,7 +53,7 @@ _PROBE = """<mujoco><option jacobian="sparse"/><worldbody><geom type="plane" siz
 
 _NO_CONTACTS = Contacts(
     *(np.zeros((0, 2), np.int32), np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0)),
-    *(np.zeros((0, 3)), np.zeros((0, 9)), np.zeros((0, 5)), np.zeros(0)),
+    *(np.zeros((0, 3)), np.zeros((0, 9)), np.zeros((0, 5)), np.zeros(0), np.zeros(0, np.int32)),
 )
 
 
@@ -98,6 +101,12 @@ class StepRows:
         assert self._block is not None
         self.counts = _UNPACK(self._block.counts)
         return self.counts
+
+    @property
+    def contact_count(self) -> int:
+        """Number of contacts that MuJoCo has found by now, for arrays that are in its block."""
+        assert self._block is not None
+        return self._block.counts[0]
 
     def leave_memory(self) -> None:
         """Pass the arrays of MuJoCo's module from now on, since its addresses are not as expected."""
@@ -167,7 +176,7 @@ class _Block:
         )
         first = data.energy.ctypes.data + known.counts
         numbers_of_rows: Any = (ctypes.c_int32 * len(_COUNTS)).from_address(first)
-        self.counts = memoryview(numbers_of_rows)
+        self.counts = memoryview(numbers_of_rows).cast("B").cast("i")
         counts = np.frombuffer(numbers_of_rows, np.int32)
         place = address, size, known.contact_size, degrees, is_sparse
         self.search = Search(words, known.places, counts, starts, *place)

@@ -15,6 +15,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.constraints import Constraints
+from roboyard.sim.stepping.contact_rows import FEWEST, contact_wrenches
 from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
@@ -25,6 +26,7 @@ from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
+from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
 effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
@@ -90,6 +92,8 @@ class Stepping:
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = self._slides = False
         self._is_in_turn = False
         """Whether robots with motors, or constraints, may be solved row by row."""
+        self._makes_rows = True
+        """Whether rows of contacts may be made here instead of by MuJoCo."""
         self._has_drag = False
         """Whether the drag of this step was added to external forces."""
         self._accelerations = np.zeros(0)
@@ -107,6 +111,7 @@ class Stepping:
         self._is_in_turn = self._has_motors or (self._world.hard_contacts and len(self.constraints) > 0)
         self._slides = self.constraints.has_slides
         self._has_rules = self._has_surfaces or self._has_motors or self._is_bounded
+        self._makes_rows = True
         self.in_turn.refresh()
 
     @property
@@ -220,12 +225,18 @@ class Stepping:
             return
         if self._is_bounded:
             self.constraints.prepare(model)
-        mujoco.mj_step1(model, data)
         slides = self._slides
-        answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
-        remade = answer in (r.POINTS_ARE_NEW, r.ROWS_ARE_OLD)
-        if answer == r.POINTS_ARE_NEW:
-            self.manifolds.add(model, data, found)
+        if self._makes_rows and not slides and found.is_direct and found.contact_count >= FEWEST:
+            if self._solve_contacts(model, data, found):
+                mujoco.mj_Euler(model, data)
+                return
+            self._makes_rows, remade = False, True
+        else:
+            mujoco.mj_step1(model, data)
+            answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
+            remade = answer in (r.POINTS_ARE_NEW, r.ROWS_ARE_OLD)
+            if answer == r.POINTS_ARE_NEW:
+                self.manifolds.add(model, data, found)
         if remade:
             mujoco.mj_makeConstraint(model, data)
         if slides:
@@ -241,6 +252,51 @@ class Stepping:
             self._finish_in_block(model, data, found, timestep)
         else:
             self._finish(model, data, found, timestep, slides=False, alone=False)
+
+    def _solve_contacts(self, model: Any, data: Any, found: StepRows) -> bool:
+        """Execute a step up to the integration without MuJoCo's rows of contacts; return whether it could."""
+        in_turn = self.in_turn
+        own = in_turn.contact_rows
+        others = own.find(model, data, found)
+        if in_turn.execute(found, r.KEEP, r.KEEP) == r.POINTS_ARE_NEW:
+            self.manifolds.add(model, data, found)
+        if others:
+            own.make_others(model, data)
+        if in_turn.solve_contacts(found) != r.DONE:
+            return False
+        if others:
+            own.give_forces(found)
+        return True
+
+    def contact_forces(self, model: Any, data: Any) -> Array:
+        """Return (ncon, 3) forces (N) of the last step's contacts along the axes of their frames."""
+        out = self._own_forces(data)[:, :3]
+        wrench = np.zeros(6)
+        for i in np.flatnonzero(data.contact.efc_address >= 0).tolist():
+            mujoco.mj_contactForce(model, data, i, wrench)
+            out[i] = wrench[:3]
+        return out
+
+    def find_reactions(self, model: Any, data: Any) -> None:
+        """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, as `mj_rnePostConstraint` does."""
+        own = self._own_forces(data)
+        if not own.any():
+            mujoco.mj_rnePostConstraint(model, data)
+            return
+        applied = data.xfrc_applied
+        kept = applied.copy()
+        applied += contact_wrenches(model, data, own)
+        try:
+            mujoco.mj_rnePostConstraint(model, data)
+        finally:
+            applied[:] = kept
+
+    def _own_forces(self, data: Any) -> Array:
+        """Return (ncon, 6) forces and torques of contacts whose rows MuJoCo has not made, 0 of others."""
+        found = None if self._compiled is None else self._compiled[1]
+        if found is None or not found.is_direct or not data.ncon:
+            return np.zeros((data.ncon, 6))
+        return self.in_turn.contact_rows.forces(found, data.ncon)
 
     def _finish_in_block(self, model: Any, data: Any, found: StepRows, timestep: float) -> None:
         """Do what `_finish` does, with rows in MuJoCo's block and without soft bodies."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from roboyard.sim.stepping.impulses.contact_jacobian import write_contact_rows
 from roboyard.sim.stepping.impulses.contact_order import order_contacts
 from roboyard.sim.stepping.impulses.entries import copy_entries, entry_of, place_of
 from roboyard.sim.stepping.impulses.grouping import gather_groups
-from roboyard.sim.stepping.impulses.records import TAKEN_UP
+from roboyard.sim.stepping.impulses.records import TAKEN_UP, WITHOUT_CONTACTS
 from roboyard.sim.stepping.impulses.rows import choose_trees, order_rows
 from roboyard.sim.stepping.impulses.slide_directions import turn_slides
 
@@ -39,18 +40,23 @@ def arrange(rows, contacts, search, mechanism, state, points, surface, solver, w
     )  # fmt: skip
     gather_groups(mechanism, points, solver, surface.boxes.shape[0] > 0)
     spans, jacobian = solver.spans, solver.jacobian
+    has_contacts = search.is_sparse != WITHOUT_CONTACTS
     for n in range(found):
         for side in range(2):
             tree = solver.order[n, 1 + side]
             spans[n, 2 * side] = mechanism.tree_dof[tree] if tree >= 0 else 0
             spans[n, 2 * side + 1] = mechanism.tree_dofs[tree] if tree >= 0 else 0
-        copy_entries(rows, search, solver.order[n, 0], n, spans, jacobian)
+        if has_contacts or n < solver.ends[0]:
+            copy_entries(rows, search, solver.order[n, 0], n, spans, jacobian)
     solver.ends[5] = found + left
     velocity = rows.velocity[at[7] : at[7] + count]
     position = rows.position[at[3] : at[3] + count]
-    if found + left == count and surface.boxes.shape[0] > 0:
-        turn_slides(contacts, sequence, mechanism, surface, points, solver, velocity)
-    slide_on_margins(geom, address, sequence, contacts, mechanism, state, surface, solver, velocity)
+    if not has_contacts:
+        write_contact_rows(contacts, sequence, mechanism, state, surface, points, solver)
+    else:
+        if found + left == count and surface.boxes.shape[0] > 0:
+            turn_slides(contacts, sequence, mechanism, surface, points, solver, velocity)
+        slide_on_margins(geom, address, sequence, contacts, mechanism, state, surface, solver, velocity)
     for n in range(solver.ends[0]):
         row = solver.order[n, 0]
         if kind[row] == 0:

@@ -41,7 +41,7 @@ def place_of(dof, n, spans):
 def copy_entries(rows, search, row, n, spans, entries):
     """Copy a row of MuJoCo's Jacobian, which is dense or sparse, to row n."""
     start = rows.starts[2]
-    if search.is_sparse == 1:
+    if search.is_sparse != 0:
         first, column = rows.addresses[rows.starts[11] + row], rows.starts[12]
         count, size, others = rows.entries[rows.starts[10] + row], spans[n, 1], spans[n, 3]
         if count == size + others:  # columns ascend

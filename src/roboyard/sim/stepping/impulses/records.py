@@ -41,6 +41,10 @@ FEW, SHORT = 24, 8
 """Rows of less than `SHORT` entries on average are solved without a table if they are more than `FEW`."""
 BLOCK = 8
 """Numbers of rows are rounded up to a multiple of it, so that loops over them have no rest."""
+WITHOUT_CONTACTS = 2
+"""Where the Jacobian has no rows of contacts; see `Search.is_sparse`."""
+ROWS_OF_CONTACT = 6
+"""Most rows of a contact."""
 KEEP, ARRANGE, ASK, SOLVE = range(4)
 """Parts of a step, in order."""
 DONE, ROOM, POINTS_ARE_NEW, ROWS_ARE_OLD, OTHERS, LOST = range(6)
@@ -63,7 +67,8 @@ class Search(NamedTuple):
     contact: int
     degrees: int
     is_sparse: int
-    """1 where the Jacobian has only some entries of each row."""
+    """1 where the Jacobian has only some entries of each row, `WITHOUT_CONTACTS` where it has some entries of
+    each row of joints and equalities, and none of contacts."""
 
 
 class Mechanism(NamedTuple):

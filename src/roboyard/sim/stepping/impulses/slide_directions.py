@@ -26,29 +26,40 @@ def turn_slides(contacts, sequence, mechanism, surface, points, solver, velocity
         if address[i] < 0 or contacts.dim[i] < 3 or sliding >= ends[4] or order[sliding, 0] != address[i] + 1:
             continue
         a, b = contacts.geom[i, 0], contacts.geom[i, 1]
-        sign = 1.0 if comes_second(mechanism.geom_type, surface.compound, points.ages, a, b) else -1.0
-        x, y, z = sign * frame[i, 0], sign * frame[i, 1], sign * frame[i, 2]
-        # of Bullet's two directions the one that completes a right-handed frame with MuJoCo's normal
-        if abs(z) > NEARLY_FLAT:
-            scale = 1.0 / np.sqrt(y * y + z * z)
-            tx, ty, tz = 0.0, -z * scale, y * scale
-        else:
-            scale = 1.0 / np.sqrt(x * x + y * y)
-            tx, ty, tz = -y * scale, x * scale, 0.0
-        if sign < 0.0:
-            tx, ty, tz = y * tz - z * ty, z * tx - x * tz, x * ty - y * tx
-        cosine = tx * frame[i, 3] + ty * frame[i, 4] + tz * frame[i, 5]
-        sine = tx * frame[i, 6] + ty * frame[i, 7] + tz * frame[i, 8]
+        cosine, sine = turn_frame(frame, i, a, b, mechanism.geom_type, surface.compound, points.ages)
         rolls = contacts.dim[i] > 5
-        if abs(sine) > TURNED:
-            for d in range(3):
-                u, v = frame[i, 3 + d], frame[i, 6 + d]
-                frame[i, 3 + d], frame[i, 6 + d] = cosine * u + sine * v, cosine * v - sine * u
+        if sine != 0.0:
             turn_pair(solver, velocity, sliding, cosine, sine)
             if rolls:
                 turn_pair(solver, velocity, rolling, cosine, sine)
         sliding += 2
         rolling += 2 if rolls else 0
+
+
+def turn_frame(frame, i, a, b, geom_type, compound, ages):
+    """Turn contact i's frame about its normal to Bullet's directions; return the angle's cosine and sine.
+
+    a, b: the contact's geoms. Frames that are turned by less than `TURNED` remain; the sine is 0 then.
+    """
+    sign = 1.0 if comes_second(geom_type, compound, ages, a, b) else -1.0
+    x, y, z = sign * frame[i, 0], sign * frame[i, 1], sign * frame[i, 2]
+    # of Bullet's two directions the one that completes a right-handed frame with MuJoCo's normal
+    if abs(z) > NEARLY_FLAT:
+        scale = 1.0 / np.sqrt(y * y + z * z)
+        tx, ty, tz = 0.0, -z * scale, y * scale
+    else:
+        scale = 1.0 / np.sqrt(x * x + y * y)
+        tx, ty, tz = -y * scale, x * scale, 0.0
+    if sign < 0.0:
+        tx, ty, tz = y * tz - z * ty, z * tx - x * tz, x * ty - y * tx
+    cosine = tx * frame[i, 3] + ty * frame[i, 4] + tz * frame[i, 5]
+    sine = tx * frame[i, 6] + ty * frame[i, 7] + tz * frame[i, 8]
+    if abs(sine) <= TURNED:
+        return cosine, 0.0
+    for d in range(3):
+        u, v = frame[i, 3 + d], frame[i, 6 + d]
+        frame[i, 3 + d], frame[i, 6 + d] = cosine * u + sine * v, cosine * v - sine * u
+    return cosine, sine
 
 
 def turn_pair(solver, velocity, n, cosine, sine):
