@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from roboyard.sim.stepping import manifold_kernels as kernels
-from roboyard.sim.stepping.face_corners import LEFT, ORDER
+from roboyard.sim.stepping.face_corners import LEFT, ORDER, SCRATCH
 from roboyard.sim.stepping.step_row_kernels import Contacts
 
 SCENE = """<mujoco><worldbody>
@@ -163,7 +163,7 @@ def test_the_points_of_two_boxes_are_in_the_order_of_a_plain_version() -> None:
             np.zeros(count, np.int32),
         )  # fmt: skip
         tables = [(np.zeros(4, np.int64), np.zeros(4, np.int32), np.zeros((4, 4, 17))) for _ in range(2)]
-        work, ends = np.zeros(64), np.zeros(4, np.int64)
+        work, ends = np.zeros(SCRATCH), np.zeros(4, np.int64)
         kinds = np.zeros((8, 8), np.uint8)
         kinds[BOX, BOX] = 1
         kernels.keep_points(

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-ORDER, QUAD, CUT, ANGLE, SCRATCH = 16, 24, 40, 56, 64
-"""Places in the work array: of the order, of the polygon's corners, of those of the polygon cut next and of
-angles; its length."""
+ORDER, QUAD, CUT, ANGLE, AXES, SCRATCH = 16, 24, 40, 56, 64, 88
+"""Places in the work array: of the order, of the polygon's corners, of those of the polygon cut next, of
+angles and of both boxes' axes, four numbers each; its length."""
 MOST_CORNERS, LEFT = 8, 4
 """Corners of a polygon, and most points of a pair."""
 FAR = 1e9
@@ -22,31 +22,37 @@ def order_corners(contacts, first, end, boxes, geom_body, xpos, xmat, thickness,
     Returns how many of them Bullet takes. Contacts further apart than `thickness` (m) come after its points.
     boxes: (ngeom, 4, 3) middles of the shapes and their half axes in the frames of the bodies (m).
     """
-    side, axis = deepest_face(contacts.geom[first, 0], contacts.geom[first, 1], boxes, geom_body, xpos, xmat)
-    one, two = contacts.geom[first, side], contacts.geom[first, 1 - side]
+    one, two = contacts.geom[first, 0], contacts.geom[first, 1]
     body, other_body = geom_body[one], geom_body[two]
-    nx, ny, nz = in_world(boxes, one, axis, xmat, body)
+    write_axes(boxes, one, xmat, body, work, AXES)
+    write_axes(boxes, two, xmat, other_body, work, AXES + 12)
     ax, ay, az = in_world(boxes, one, 0, xmat, body)
     ax, ay, az = ax + xpos[body, 0], ay + xpos[body, 1], az + xpos[body, 2]
     cx, cy, cz = in_world(boxes, two, 0, xmat, other_body)
     cx, cy, cz = cx + xpos[other_body, 0] - ax, cy + xpos[other_body, 1] - ay, cz + xpos[other_body, 2] - az
+    side, axis = deepest_face(work, cx, cy, cz)
+    if side == 1:
+        ax, ay, az, cx, cy, cz = ax + cx, ay + cy, az + cz, -cx, -cy, -cz
+    own, other = AXES + 12 * side, AXES + 12 * (1 - side)
+    n = own + 4 * (axis - 1)
+    nx, ny, nz = work[n], work[n + 1], work[n + 2]
     if nx * cx + ny * cy + nz * cz < 0.0:
         nx, ny, nz = -nx, -ny, -nz
-    flat, most = 1, -1.0
+    flat, most, sign = 1, -1.0, 1.0
     for k in range(1, 4):
-        x, y, z = in_world(boxes, two, k, xmat, other_body)
-        along = abs(x * nx + y * ny + z * nz) / np.sqrt(x * x + y * y + z * z)
-        if along > most or (k == 3 and along == most):
-            flat, most = k, along
-    x, y, z = in_world(boxes, two, flat, xmat, other_body)
-    sign = -1.0 if x * nx + y * ny + z * nz < 0.0 else 1.0
-    cx, cy, cz = cx - sign * x, cy - sign * y, cz - sign * z
-    ux, uy, uz = in_world(boxes, one, 2 if axis == 1 else 1, xmat, body)
-    vx, vy, vz = in_world(boxes, one, 2 if axis == 3 else 3, xmat, body)
-    wide, high = np.sqrt(ux * ux + uy * uy + uz * uz), np.sqrt(vx * vx + vy * vy + vz * vz)
-    ux, uy, uz, vx, vy, vz = ux / wide, uy / wide, uz / wide, vx / high, vy / high, vz / high
-    px, py, pz = in_world(boxes, two, 2 if flat == 1 else 1, xmat, other_body)
-    qx, qy, qz = in_world(boxes, two, 2 if flat == 3 else 3, xmat, other_body)
+        n = other + 4 * (k - 1)
+        along = work[n] * nx + work[n + 1] * ny + work[n + 2] * nz
+        if abs(along) > most or (k == 3 and abs(along) == most):
+            flat, most, sign = k, abs(along), -1.0 if along < 0.0 else 1.0
+    n = other + 4 * (flat - 1)
+    depth = sign * work[n + 3]
+    cx, cy, cz = cx - depth * work[n], cy - depth * work[n + 1], cz - depth * work[n + 2]
+    n, m = own + (4 if axis == 1 else 0), own + (4 if axis == 3 else 8)
+    ux, uy, uz, wide = work[n], work[n + 1], work[n + 2], work[n + 3]
+    vx, vy, vz, high = work[m], work[m + 1], work[m + 2], work[m + 3]
+    n, m = other + (4 if flat == 1 else 0), other + (4 if flat == 3 else 8)
+    px, py, pz = work[n + 3] * work[n], work[n + 3] * work[n + 1], work[n + 3] * work[n + 2]
+    qx, qy, qz = work[m + 3] * work[m], work[m + 3] * work[m + 1], work[m + 3] * work[m + 2]
     for k in range(4):
         p = -1.0 if k < 2 else 1.0
         q = 1.0 if k == 1 or k == 2 else -1.0
@@ -131,28 +137,32 @@ def cull_corners(contacts, first, count, work):  # pragma: no cover
             left += 1
 
 
-def deepest_face(one, two, boxes, geom_body, xpos, xmat):  # pragma: no cover
-    """Return which of two boxes has the face of the least depth, and its axis; of equals the first."""
+def write_axes(boxes, geom, xmat, body, work, place):
+    """Write the unit axes of a geom's box in the world, each and half the box's length along it (m)."""
+    for axis in range(3):
+        x, y, z = in_world(boxes, geom, axis + 1, xmat, body)
+        half = np.sqrt(x * x + y * y + z * z)
+        at = place + 4 * axis
+        work[at], work[at + 1], work[at + 2], work[at + 3] = x / half, y / half, z / half, half
+
+
+def deepest_face(work, x, y, z):
+    """Return which of two boxes has the face of the least depth, and its axis, 1 ... 3; of equals the first.
+
+    work: axes of both from AXES on. x, y, z: from the middle of the first to that of the second (m).
+    """
     side, best, face = 0, 1, -FAR
     for k in range(2):
-        geom, other = (one, two) if k == 0 else (two, one)
-        body, other_body = geom_body[geom], geom_body[other]
-        ax, ay, az = in_world(boxes, geom, 0, xmat, body)
-        bx, by, bz = in_world(boxes, other, 0, xmat, other_body)
-        px = xpos[other_body, 0] + bx - xpos[body, 0] - ax
-        py = xpos[other_body, 1] + by - xpos[body, 1] - ay
-        pz = xpos[other_body, 2] + bz - xpos[body, 2] - az
-        for axis in range(1, 4):
-            x, y, z = in_world(boxes, geom, axis, xmat, body)
-            half = np.sqrt(x * x + y * y + z * z)
-            x, y, z = x / half, y / half, z / half
-            reach = half
-            for edge in range(1, 4):
-                u, v, w = in_world(boxes, other, edge, xmat, other_body)
-                reach += abs(x * u + y * v + z * w)
-            gap = abs(x * px + y * py + z * pz) - reach
+        for axis in range(3):
+            n = AXES + 12 * k + 4 * axis
+            reach = work[n + 3]
+            for edge in range(3):
+                m = AXES + 12 * (1 - k) + 4 * edge
+                along = work[n] * work[m] + work[n + 1] * work[m + 1] + work[n + 2] * work[m + 2]
+                reach += work[m + 3] * abs(along)
+            gap = abs(work[n] * x + work[n + 1] * y + work[n + 2] * z) - reach
             if gap > face:
-                side, best, face = k, axis, gap
+                side, best, face = k, axis + 1, gap
     return side, best
 
 

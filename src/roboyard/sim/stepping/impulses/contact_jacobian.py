@@ -23,29 +23,27 @@ def write_contact_rows(  # pragma: no cover
         i = sequence[k]
         if address[i] < 0 or normal >= ends[1] or order[normal, 0] != address[i]:
             continue
-        if contacts.dim[i] > 2 and surface.boxes.shape[0] > 0:
+        dim = contacts.dim[i]
+        if dim > 2 and surface.boxes.shape[0] > 0:
             a, b = contacts.geom[i, 0], contacts.geom[i, 1]
             turn_frame(frame, i, a, b, mechanism.geom_type, surface.compound, points.ages)
         clear(solver, normal, 1)
-        write_moves(contacts, i, mechanism, state, solver, normal, 0, 0.0, 0.0)
-        normal += 1
-        if contacts.dim[i] > 3:
-            clear(solver, spinning, 1)
-            write_turns(contacts, i, mechanism, state, solver, spinning, 0)
-            spinning += 1
-        if contacts.dim[i] > 5:
-            clear(solver, rolling, 2)
-            write_turns(contacts, i, mechanism, state, solver, rolling, 1)
-            write_turns(contacts, i, mechanism, state, solver, rolling + 1, 2)
-            rolling += 2
-        if contacts.dim[i] > 2:
-            half = 0.5 * contacts.dist[i]
-            first = surface.margins[contacts.geom[i, 0]] - half
-            second = half - surface.margins[contacts.geom[i, 1]]
+        if dim > 2:
             clear(solver, sliding, 2)
-            write_moves(contacts, i, mechanism, state, solver, sliding, 1, first, second)
-            write_moves(contacts, i, mechanism, state, solver, sliding + 1, 2, first, second)
+            write_moves(contacts, i, mechanism, state, surface.margins, solver, normal, sliding)
             sliding += 2
+        else:
+            write_approach(contacts, i, mechanism, state, solver, normal)
+        if dim > 3:
+            clear(solver, spinning, 1)
+            write_turn(contacts, i, mechanism, state, solver, spinning, 0)
+            spinning += 1
+        if dim > 5:
+            clear(solver, rolling, 2)
+            write_turn(contacts, i, mechanism, state, solver, rolling, 1)
+            write_turn(contacts, i, mechanism, state, solver, rolling + 1, 2)
+            rolling += 2
+        normal += 1
 
 
 def clear(solver, first, count):
@@ -62,14 +60,16 @@ def first_place(solver, n, tree):
     return solver.spans[n, 1] - solver.spans[n, 2]
 
 
-def write_moves(  # pragma: no cover
-    contacts, i, mechanism, state, solver, n, axis, first, second
-):
-    """Add the velocity of contact i's points along an axis of its frame to row n, of the second body less
-    that of the first. first, second: places of both bodies' points along the normal (m).
+def write_moves(contacts, i, mechanism, state, margins, solver, n, m):  # pragma: no cover
+    """Add the velocity of contact i's second body less that of the first to rows n, m and m + 1.
+
+    Those are along the normal, at the contact's place, and along both tangents, at the two surfaces.
     """
-    frame, jacobian = contacts.frame, solver.jacobian
-    x, y, z = frame[i, 3 * axis], frame[i, 3 * axis + 1], frame[i, 3 * axis + 2]
+    frame, jacobian, cdof = contacts.frame, solver.jacobian, state.cdof
+    x, y, z = frame[i, 0], frame[i, 1], frame[i, 2]
+    ux, uy, uz = frame[i, 3], frame[i, 4], frame[i, 5]
+    vx, vy, vz = frame[i, 6], frame[i, 7], frame[i, 8]
+    half = 0.5 * contacts.dist[i]
     for side in range(2):
         geom = contacts.geom[i, side]
         tree = mechanism.geom_tree[geom]
@@ -77,25 +77,58 @@ def write_moves(  # pragma: no cover
             continue
         body = mechanism.geom_body[geom]
         root = mechanism.body_root[body]
-        sign, shift = (-1.0, first) if side == 0 else (1.0, second)
-        px = contacts.position[i, 0] + shift * frame[i, 0] - state.subtree_com[root, 0]
-        py = contacts.position[i, 1] + shift * frame[i, 1] - state.subtree_com[root, 1]
-        pz = contacts.position[i, 2] + shift * frame[i, 2] - state.subtree_com[root, 2]
-        mx, my, mz = sign * (py * z - pz * y), sign * (pz * x - px * z), sign * (px * y - py * x)
-        fx, fy, fz = sign * x, sign * y, sign * z
+        sign = -1.0 if side == 0 else 1.0
+        shift = half - margins[geom]
+        px = sign * (contacts.position[i, 0] - state.subtree_com[root, 0])
+        py = sign * (contacts.position[i, 1] - state.subtree_com[root, 1])
+        pz = sign * (contacts.position[i, 2] - state.subtree_com[root, 2])
+        ax, ay, az = py * z - pz * y, pz * x - px * z, px * y - py * x
+        # arms of the tangents; the normal times the first one is the second, times that less the first
+        bx, by, bz = py * uz - pz * uy, pz * ux - px * uz, px * uy - py * ux
+        cx, cy, cz = py * vz - pz * vy, pz * vx - px * vz, px * vy - py * vx
+        bx, by, bz = bx + shift * vx, by + shift * vy, bz + shift * vz
+        cx, cy, cz = cx - shift * ux, cy - shift * uy, cz - shift * uz
         place = first_place(solver, n, tree)
         while body > 0:
             start = mechanism.body_dof[body]
             for d in range(start, start + mechanism.body_dofs[body]):
-                jacobian[n, place + d] += (
-                    mx * state.cdof[d, 0] + my * state.cdof[d, 1] + mz * state.cdof[d, 2]
-                ) + (fx * state.cdof[d, 3] + fy * state.cdof[d, 4] + fz * state.cdof[d, 5])
+                tx, ty, tz = cdof[d, 0], cdof[d, 1], cdof[d, 2]
+                sx, sy, sz = sign * cdof[d, 3], sign * cdof[d, 4], sign * cdof[d, 5]
+                k = place + d
+                jacobian[n, k] += (ax * tx + ay * ty + az * tz) + (x * sx + y * sy + z * sz)
+                jacobian[m, k] += (bx * tx + by * ty + bz * tz) + (ux * sx + uy * sy + uz * sz)
+                jacobian[m + 1, k] += (cx * tx + cy * ty + cz * tz) + (vx * sx + vy * sy + vz * sz)
             body = mechanism.body_parent[body]
 
 
-def write_turns(contacts, i, mechanism, state, solver, n, axis):  # pragma: no cover
+def write_approach(contacts, i, mechanism, state, solver, n):  # pragma: no cover
+    """Do what `write_moves` does, along the normal alone."""
+    frame, jacobian, cdof = contacts.frame, solver.jacobian, state.cdof
+    x, y, z = frame[i, 0], frame[i, 1], frame[i, 2]
+    for side in range(2):
+        geom = contacts.geom[i, side]
+        tree = mechanism.geom_tree[geom]
+        if tree < 0:
+            continue
+        body = mechanism.geom_body[geom]
+        root = mechanism.body_root[body]
+        sign = -1.0 if side == 0 else 1.0
+        px = contacts.position[i, 0] - state.subtree_com[root, 0]
+        py = contacts.position[i, 1] - state.subtree_com[root, 1]
+        pz = contacts.position[i, 2] - state.subtree_com[root, 2]
+        ax, ay, az = py * z - pz * y, pz * x - px * z, px * y - py * x
+        place = first_place(solver, n, tree)
+        while body > 0:
+            start = mechanism.body_dof[body]
+            for d in range(start, start + mechanism.body_dofs[body]):
+                turned = ax * cdof[d, 0] + ay * cdof[d, 1] + az * cdof[d, 2]
+                jacobian[n, place + d] += sign * (turned + x * cdof[d, 3] + y * cdof[d, 4] + z * cdof[d, 5])
+            body = mechanism.body_parent[body]
+
+
+def write_turn(contacts, i, mechanism, state, solver, n, axis):  # pragma: no cover
     """Add the angular velocity about an axis of contact i's frame to row n, as `write_moves` does."""
-    frame, jacobian = contacts.frame, solver.jacobian
+    frame, jacobian, cdof = contacts.frame, solver.jacobian, state.cdof
     x, y, z = frame[i, 3 * axis], frame[i, 3 * axis + 1], frame[i, 3 * axis + 2]
     for side in range(2):
         geom = contacts.geom[i, side]
@@ -108,7 +141,5 @@ def write_turns(contacts, i, mechanism, state, solver, n, axis):  # pragma: no c
         while body > 0:
             start = mechanism.body_dof[body]
             for d in range(start, start + mechanism.body_dofs[body]):
-                jacobian[n, place + d] += sign * (
-                    x * state.cdof[d, 0] + y * state.cdof[d, 1] + z * state.cdof[d, 2]
-                )
+                jacobian[n, place + d] += sign * (x * cdof[d, 0] + y * cdof[d, 1] + z * cdof[d, 2])
             body = mechanism.body_parent[body]
