@@ -27,12 +27,11 @@ def write_contact_rows(  # pragma: no cover
         if dim > 2 and surface.boxes.shape[0] > 0:
             a, b = contacts.geom[i, 0], contacts.geom[i, 1]
             turn_frame(frame, i, a, b, mechanism.geom_type, surface.compound, points.ages)
-        clear(solver, normal, 1)
         if dim > 2:
-            clear(solver, sliding, 2)
             write_moves(contacts, i, mechanism, state, surface.margins, solver, normal, sliding)
             sliding += 2
         else:
+            clear(solver, normal, 1)
             write_approach(contacts, i, mechanism, state, solver, normal)
         if dim > 3:
             clear(solver, spinning, 1)
@@ -60,8 +59,16 @@ def first_place(solver, n, tree):
     return solver.spans[n, 1] - solver.spans[n, 2]
 
 
+def is_one_body(mechanism, tree):
+    """Return whether a tree is one body that moves freely."""
+    return (
+        mechanism.tree_dofs[tree] == 6
+        and mechanism.joint_type[mechanism.dof_joint[mechanism.tree_dof[tree]]] == 0
+    )
+
+
 def write_moves(contacts, i, mechanism, state, margins, solver, n, m):  # pragma: no cover
-    """Add the velocity of contact i's second body less that of the first to rows n, m and m + 1.
+    """Write the velocity of contact i's second body less that of the first into rows n, m and m + 1.
 
     Those are along the normal, at the contact's place, and along both tangents, at the two surfaces.
     """
@@ -89,6 +96,26 @@ def write_moves(contacts, i, mechanism, state, margins, solver, n, m):  # pragma
         bx, by, bz = bx + shift * vx, by + shift * vy, bz + shift * vz
         cx, cy, cz = cx - shift * ux, cy - shift * uy, cz - shift * uz
         place = first_place(solver, n, tree)
+        if is_one_body(mechanism, tree):
+            dof = mechanism.tree_dof[tree]  # the first of three along the world's axes, and three of turns
+            k = place + dof
+            o = m + 1
+            jacobian[n, k], jacobian[n, k + 1], jacobian[n, k + 2] = sign * x, sign * y, sign * z
+            jacobian[m, k], jacobian[m, k + 1], jacobian[m, k + 2] = sign * ux, sign * uy, sign * uz
+            jacobian[o, k], jacobian[o, k + 1], jacobian[o, k + 2] = sign * vx, sign * vy, sign * vz
+            k += 3
+            for d in range(dof + 3, dof + 6):
+                tx, ty, tz = cdof[d, 0], cdof[d, 1], cdof[d, 2]
+                sx, sy, sz = sign * cdof[d, 3], sign * cdof[d, 4], sign * cdof[d, 5]
+                jacobian[n, k] = (ax * tx + ay * ty + az * tz) + (x * sx + y * sy + z * sz)
+                jacobian[m, k] = (bx * tx + by * ty + bz * tz) + (ux * sx + uy * sy + uz * sz)
+                jacobian[m + 1, k] = (cx * tx + cy * ty + cz * tz) + (vx * sx + vy * sy + vz * sz)
+                k += 1
+            continue
+        if side == 0 or tree != mechanism.geom_tree[contacts.geom[i, 0]]:
+            first = place + mechanism.tree_dof[tree]
+            for k in range(first, first + mechanism.tree_dofs[tree]):
+                jacobian[n, k] = jacobian[m, k] = jacobian[m + 1, k] = 0.0
         while body > 0:
             start = mechanism.body_dof[body]
             for d in range(start, start + mechanism.body_dofs[body]):
