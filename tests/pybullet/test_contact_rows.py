@@ -17,7 +17,8 @@ ARM = """<robot name="a"><link name="base"/>
 <collision><origin xyz="0 0 0.2"/><geometry><box size="0.1 0.1 0.4"/></geometry></collision></link>
 <link name="lower"><inertial><mass value="1"/><origin xyz="0.1 0 0.1"/>
 <inertia ixx="0.02" iyy="0.03" izz="0.01" ixy="0.001" ixz="0" iyz="0"/></inertial>
-<collision><origin xyz="0 0 0.15"/><geometry><cylinder radius="0.05" length="0.3"/></geometry></collision></link>
+<collision><origin xyz="0 0 0.15"/><geometry><cylinder radius="0.05" length="0.3"/></geometry></collision>
+</link>
 <link name="hand"><inertial><mass value="0.2"/>
 <inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial>
 <collision><geometry><sphere radius="0.07"/></geometry></collision></link>
