@@ -23,7 +23,7 @@ from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.contact_rows import ContactRows
 from roboyard.sim.stepping.impulses import records as r
-from roboyard.sim.stepping.impulses.lanes import HEAD, PLACES
+from roboyard.sim.stepping.impulses.lanes import PLACES, STRIDE
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
@@ -395,7 +395,6 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.Solv
     """Return the arrays for so many rows of constraints with so many entries each."""
     dense = min(rows, r.DENSE)
     width = dense + -dense % r.BLOCK
-    wide = entries + 2 * r.BLOCK  # of both trees, rounded up to whole blocks
     return r.Solver(
         motors=np.zeros((nv, 5)),
         targets=np.zeros((nv, 4)),
@@ -417,8 +416,8 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.Solv
         diagonal=np.zeros(trees, np.uint8),
         slots=np.zeros(trees, np.int32),
         places_of_rows=np.zeros((rows, PLACES), np.int32),
-        lanes=_aligned(1, rows * (HEAD + wide))[0],
-        velocities=_aligned(1, nv + r.BLOCK * trees)[0],
+        lanes=_aligned(1, rows * (STRIDE + entries))[0],
+        velocities=_aligned(1, nv + r.BLOCK * (trees + 1))[0],
         across=_aligned(nv, width),
         influence=_aligned(dense, width),
         lines=_aligned(r.LINES, width),

@@ -66,12 +66,14 @@ def find_roots(mechanism, state, roots, trees):  # pragma: no cover
     """Write the roots of 1 / D of all degrees of freedom, and 1 into `trees` (ntree,) where L is 1, else 0.
 
     MuJoCo factors the inertia of each tree into L' D L. That of a free body is diagonal where its frame is
-    that of its principal axes at its centre of mass.
+    that of its principal axes at its centre of mass. Trees of more than `BLOCK` degrees of freedom get 0,
+    too. Returns the number of zeros.
     """
     for d in range(roots.shape[0]):
         roots[d] = np.sqrt(state.factor_inverse[d])
+    others = 0
     for tree in range(trees.shape[0]):
-        is_diagonal = 1
+        is_diagonal = 1 if mechanism.tree_dofs[tree] <= BLOCK else 0
         first = mechanism.tree_dof[tree]
         for i in range(first, first + mechanism.tree_dofs[tree]):
             start = mechanism.factor_start[i]
@@ -79,9 +81,11 @@ def find_roots(mechanism, state, roots, trees):  # pragma: no cover
                 if state.factor[a] != 0.0:
                     is_diagonal = 0
         trees[tree] = is_diagonal
+        others += 1 - is_diagonal
+    return others
 
 
-def scale(mechanism, state, roots, is_diagonal, jacobian, scaled, first, size, place):  # pragma: no cover
+def scale(mechanism, state, roots, jacobian, scaled, first, size, place):  # pragma: no cover
     """Write a row's entries for a tree, dofs first ... first + size, divided by the root of the inertia.
 
     With J for the entries, these are J / (sqrt(D) L): their product with those of another row is what a
@@ -90,10 +94,6 @@ def scale(mechanism, state, roots, is_diagonal, jacobian, scaled, first, size, p
 
     jacobian, scaled: the row's entries, those of the tree from `place` on.
     """
-    if is_diagonal == 1:
-        for k in range(size):
-            scaled[place + k] = jacobian[place + k] * roots[first + k]
-        return
     for k in range(size):
         scaled[place + k] = jacobian[place + k]
     shift = place - first

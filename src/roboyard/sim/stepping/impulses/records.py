@@ -236,14 +236,14 @@ class Solver(NamedTuple):
     jacobian: np.ndarray
     """(n, m) entries for the degrees of freedom of the first tree, then of the second."""
     scaled: np.ndarray
-    """(n, m) the same, divided by the root of the inertia; see `scale`."""
+    """(n, m) the same of trees whose inertia is not diagonal, divided by its root; see `scale`."""
     roots: np.ndarray
     """(nv,) of `find_roots`."""
     goals: np.ndarray
     mu: np.ndarray
     soft: np.ndarray
     diagonal: np.ndarray
-    """(ntree,) 1 for trees whose inertia is diagonal in this step."""
+    """(ntree,) 1 for trees of at most `BLOCK` degrees of freedom whose inertia is diagonal in this step."""
     slots: np.ndarray
     places_of_rows: np.ndarray
     lanes: np.ndarray

@@ -61,7 +61,7 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
     for n in range(listed):
         entries += spans[n, 1] + spans[n, 3]
     roots, plain = solver.roots, solver.diagonal
-    find_roots(mechanism, state, roots, plain)
+    bent = find_roots(mechanism, state, roots, plain)
     if listed <= FEW or (listed <= DENSE and entries > SHORT * listed):
         blocks = (listed + BLOCK - 1) // BLOCK
         across = solver.across
@@ -80,18 +80,16 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
             solver.lines, solver.change,
         )  # fmt: skip
     else:
-        for n in range(listed):
-            size, entry, out = spans[n, 1], jacobian[n], solver.scaled[n]
-            if size > 0:
-                tree = order[n, 1]
-                scale(mechanism, state, roots, plain[tree], entry, out, spans[n, 0], size, 0)
-            if spans[n, 3] > 0:
-                tree = order[n, 2]
-                scale(mechanism, state, roots, plain[tree], entry, out, spans[n, 2], spans[n, 3], size)
+        for n in range(listed if bent > 0 else 0):
+            for side in range(2):
+                first, size = spans[n, 2 * side], spans[n, 2 * side + 1]
+                if size > 0 and plain[order[n, 1 + side]] == 0:
+                    place = spans[n, 1] if side == 1 else 0
+                    scale(mechanism, state, roots, jacobian[n], solver.scaled[n], first, size, place)
         solve_in_turn(
-            order, spans, goals, ends, solver.parts, solver.scaled, mechanism.tree_dof, mechanism.tree_dofs,
-            solver.slots, solver.places_of_rows, solver.lanes, solver.velocities, rules[ROUNDS],
-            rules[RESIDUAL], solver.change,
+            order, spans, goals, ends, solver.parts, jacobian, solver.scaled, roots, plain,
+            mechanism.tree_dof, mechanism.tree_dofs, solver.slots, solver.places_of_rows, solver.lanes,
+            solver.velocities, rules[ROUNDS], rules[RESIDUAL], solver.change,
         )  # fmt: skip
     change_velocities(mechanism, state, roots, solver.change)
     if solver.ends[5] == count:
