@@ -83,8 +83,9 @@ class Engine(Generic[BodyT]):
         self._inertia_changed = False
         self.kept_rays: dict[bool, Any] = {}
         """MuJoCo's arrays for rays, by whether they meet visual shapes; dropped when the arrays change."""
-        self.kept_poses: tuple[Any, Any, Any] | None = None
-        """MuJoCo's arrays of poses in parent frames and of active equalities; dropped when they change."""
+        self.kept_poses: tuple[Any, Any, Any, Any, Any] | None = None
+        """MuJoCo's arrays of poses in parent frames and of active equalities, model and data; dropped when
+        they change."""
         self._reference: Any = None
         """MjData in which MuJoCo computes what depends on masses alone; created when masses change."""
         self._geom_owners: np.ndarray | None = None

@@ -35,8 +35,10 @@ def setCollisionFilterGroupMask(
     client: Client, bodyUniqueId: int, linkIndexA: int, collisionFilterGroup: int, collisionFilterMask: int
 ) -> None:
     """Set the group and mask of a link; two links collide if a group shares a bit with the other's mask."""
-    scene = client.scene
-    if scene.link(whole(bodyUniqueId), whole(linkIndexA)) is not None:
-        place = bodyUniqueId, linkIndexA
-        scene.filters.set_group(place, whole(collisionFilterGroup), whole(collisionFilterMask))
+    scene, group, mask = client.scene, collisionFilterGroup, collisionFilterMask
+    if not type(bodyUniqueId) is type(linkIndexA) is type(group) is type(mask) is int:
+        bodyUniqueId, linkIndexA, group, mask = map(whole, (bodyUniqueId, linkIndexA, group, mask))
+    record, place = scene.bodies.get(bodyUniqueId), (bodyUniqueId, linkIndexA)
+    if record is not None and -1 <= linkIndexA < record.joint_count:
+        scene.filters.set_group(place, group, mask)
         scene.last_step.filtered.add(place)

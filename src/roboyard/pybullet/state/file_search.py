@@ -15,11 +15,13 @@ _PREFIXES = tuple(map(Path, (".", "data", "../data", "../../data", "../../../dat
 class SearchPath:
     """The folder of setAdditionalSearchPath; like Bullet's, it is one for all clients of the process."""
 
-    __slots__ = ("folder",)
+    __slots__ = ("folder", "given")
 
     def __init__(self) -> None:
         """Search nowhere besides."""
         self.folder: Path | None = None
+        self.given: str | None = None
+        """The text that a script gave for it."""
 
 
 OF_PROCESS = SearchPath()

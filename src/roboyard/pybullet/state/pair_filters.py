@@ -7,6 +7,7 @@ MuJoCo's contype and conaffinity; Bullet's own default requires both.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ class PairFilters:
         """Start without filters for the bodies (by id) of a world."""
         self._world, self._bodies = world, bodies
         self._groups: dict[Place, tuple[int, int]] = {}
+        self._filtered: set[int] = set()
+        """Bodies of which any link has a group."""
         self._pairs: dict[tuple[Place, Place], bool] = {}
         self._self_colliding: set[int] = set()
         """Bodies whose own links may touch one another."""
@@ -60,18 +63,23 @@ class PairFilters:
 
     def set_group(self, place: Place, group: int, mask: int) -> None:
         """Set the filter group and mask of a link, and update its pairs with all other links."""
-        old, new = self._groups.get(place), (group, mask)
+        groups = self._groups
+        old, new = groups.get(place), (group, mask)
         if old == new:
             return
-        self._groups[place] = new
-        # links without a filter of their own, of which there may be many
-        moving = old is not None and _collide(old, _MOVING) == _collide(new, _MOVING)
-        static = old is not None and _collide(old, _STATIC) == _collide(new, _STATIC)
-        filtered = {body for body, _ in self._groups} if moving else set()
-        for body, record in self._bodies.items():
-            if moving and body not in filtered and (static or not record.model.fixed_base):
+        groups[place] = new
+        number, bodies, filtered = place[0], self._bodies, self._filtered
+        filtered.add(number)
+        moving = static = False
+        if old is not None:  # links without a filter of their own, of which there may be many
+            old_moving, old_static = _collides(old)
+            moving, static = _collides(new)
+            moving, static = moving == old_moving, static == old_static
+        for body in filtered if moving and static else bodies:
+            if body == number and body not in self._self_colliding:
                 continue
-            if body != place[0] or body in self._self_colliding:
+            record = bodies[body]
+            if not moving or body in filtered or record.model.fixed_base:
                 self._apply_to(place, record)
 
     def set_pair(self, a: Place, b: Place, collide: bool) -> None:
@@ -138,6 +146,7 @@ class PairFilters:
         self._taken_for_static = {place for place in self._taken_for_static if place[0] != body}
         self._self_colliding.discard(body)
         self._groups = {place: given for place, given in self._groups.items() if place[0] != body}
+        self._filtered.discard(body)
         self._pairs = {pair: on for pair, on in self._pairs.items() if body not in (pair[0][0], pair[1][0])}
 
     def _apply_to(self, place: Place, record: BodyRecord) -> None:
@@ -186,6 +195,12 @@ class PairFilters:
 def _collide(one: tuple[int, int], other: tuple[int, int]) -> bool:
     """Return whether two groups with masks let their links collide."""
     return bool(one[0] & other[1] or other[0] & one[1])
+
+
+@lru_cache(1024)
+def _collides(given: tuple[int, int]) -> tuple[bool, bool]:
+    """Return whether a group with its mask collides with moving links, and with fixed bases, without ones."""
+    return _collide(given, _MOVING), _collide(given, _STATIC)
 
 
 def taken_for_static(model: BodyModel) -> list[int]:
