@@ -69,7 +69,7 @@ class Engine(Generic[BodyT]):
         self.is_stale = True
         """Whether the spec was edited since the last compile."""
         self.edits = 0
-        """Number of edits of the spec so far."""
+        """Number of edits of the spec so far, and of what the arrays of a compile get while it is awaited."""
         self.before_edit: Callable[[], None] | None = None
         """Called before rows of MuJoCo's arrays change, while these still hold the last step."""
         self.is_moved = True
@@ -81,6 +81,10 @@ class Engine(Generic[BodyT]):
         """(nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z before the last position update,
         where MuJoCo's arrays hold later ones."""
         self._inertia_changed = False
+        self.late_masses: dict[Any, Array] = {}
+        """Links to (4,) masses (kg) and principal moments (kg m²) that the spec does not have yet."""
+        self.late_frictions: dict[Any, Array] = {}
+        """Links to (1,) sliding friction that the spec does not have yet."""
         self.kept_rays: dict[bool, Any] = {}
         """MuJoCo's arrays for rays, by whether they meet visual shapes; dropped when the arrays change."""
         self.kept_poses: tuple[Any, Any, Any, Any, Any] | None = None
@@ -170,6 +174,7 @@ class Engine(Generic[BodyT]):
         """The `mujoco.MjSpec` with the world's bodies only; after an edit call `mark_stale`."""
         self.pool.clear()
         self.show_triangles()
+        self.write_late()
         self._complete_spec()
         return self.raw_spec
 
@@ -223,11 +228,38 @@ class Engine(Generic[BodyT]):
 
     def mark_stale(self) -> None:
         """Note an edit of the spec: compile before the next use."""
-        if self.before_edit is not None and not self.is_stale:
-            self.before_edit()
+        if not self.is_stale:
+            if self.before_edit is not None:
+                self.before_edit()
+            self.write_late()
         self.is_stale = True
         self.edits += 1
         self.drop_prepared()
+
+    def takes_numbers(self) -> bool:
+        """Return whether a number is to be written into MuJoCo's arrays now; else the next compile does so.
+
+        That is then certain: otherwise the removal of a new constraint may avoid it (`forgo_compile`).
+        """
+        self.edits += self.is_stale
+        return not self.is_stale
+
+    def forgo_compile(self, edits: int) -> None:
+        """Note that the spec is as it was at the last compile, unless there were more edits than so many."""
+        if self.edits == edits and not self.late_masses and not self.late_frictions:
+            self.is_stale = False
+            self.drop_prepared()
+
+    def write_late(self) -> None:
+        """Write masses and frictions into the spec that it does not have yet."""
+        if self.is_stale and (self.late_masses or self.late_frictions):
+            self.edits += 1
+        for link, numbers in self.late_masses.items():
+            link.keep_mass(numbers)
+        self.late_masses.clear()
+        for link, numbers in self.late_frictions.items():
+            link.keep_friction(float(numbers[0]))
+        self.late_frictions.clear()
 
     def drop_prepared(self) -> None:
         """Drop what other layers have prepared, after arrays were replaced."""
@@ -283,6 +315,7 @@ class Engine(Generic[BodyT]):
         """
         if not self.is_stale:
             return
+        self.write_late()
         self._dofs = sum(body.built.dofs for body in self.body_by_id.values())
         self._free_dofs = sum(body.built.free_dofs for body in self.body_by_id.values())
         self._has_joints = any(_has_joints(body) for body in self.body_by_id.values())
@@ -531,7 +564,7 @@ class Engine(Generic[BodyT]):
     @gravity.setter
     def gravity(self, value: Sequence[float]) -> None:
         self._gravity = _vector3(value)
-        if not self.is_stale:
+        if self.takes_numbers():
             self._model.opt.gravity[:] = self._gravity
 
     @property
@@ -544,7 +577,7 @@ class Engine(Generic[BodyT]):
         if not 0 < value < np.inf:
             raise RoboyardError(f"timestep must be positive and finite, got {value}")
         self._timestep = float(value)
-        if not self.is_stale:
+        if self.takes_numbers():
             self._model.opt.timestep = self._timestep
 
     @property

@@ -125,6 +125,7 @@ def _kind() -> int:
 
 def _restore_friction(world: Engine[Body], saved: Array) -> None:
     """Write (ngeom, 3) coefficients of friction where they differ, for the next compile as well."""
+    world.write_late()
     model = world.live_model
     changed = (model.geom_friction != saved).any(axis=1)
     if not changed.any():
