@@ -74,6 +74,8 @@ class Engine(Generic[BodyT]):
         """Called before rows of MuJoCo's arrays change, while these still hold the last step."""
         self.is_moved = True
         """Whether positions were written since body frames were computed."""
+        self._centres_moved = True
+        """Whether body frames were computed since what is computed of them."""
         self._velocity_moved = True
         self.keeps_frames = False
         """Whether body frames of the last step are kept in `kept_frames` when they are brought up to date."""
@@ -476,19 +478,33 @@ class Engine(Generic[BodyT]):
         model.body_margin[:] = 0.0  # pairs of bodies with several shapes are looked at within these alone
         np.maximum.at(model.body_margin, model.geom_bodyid, model.geom_margin + model.geom_gap)
 
-    def kinematics(self) -> Any:
-        """Return the MjData with positions (xpos, xipos, geom_xpos, ...) that agree with qpos."""
+    def link_frames(self, *, keeps_last: bool) -> Any:
+        """Return the MjData with positions of bodies, geoms and sites that agree with qpos.
+
+        Args:
+            keeps_last: whether body frames of the last step are kept where the world keeps them at all.
+        """
         if self.is_stale:
             self.ensure_compiled()
         if self.is_moved:
-            if self._inertia_changed:
-                self._sum_inertia()
-            if self.keeps_frames and self.kept_frames is None:
+            if keeps_last and self.keeps_frames and self.kept_frames is None:
                 self.kept_frames = self._data.xpos.copy(), self._data.xquat.copy()
             mujoco.mj_kinematics(self._model, self._data)
-            mujoco.mj_comPos(self._model, self._data)
-            self.is_moved = False
+            self.is_moved, self._centres_moved = False, True
         return self._data
+
+    def kinematics(self) -> Any:
+        """Return the MjData with positions (xpos, xipos, geom_xpos, ...) that agree with qpos.
+
+        So do centres of mass of trees and axes of motion.
+        """
+        data = self.link_frames(keeps_last=True)
+        if self._centres_moved:
+            if self._inertia_changed:
+                self._sum_inertia()
+            mujoco.mj_comPos(self._model, data)
+            self._centres_moved = False
+        return data
 
     def velocities(self) -> Any:
         """Return the MjData with positions and body velocities (cvel) that agree with qpos and qvel."""

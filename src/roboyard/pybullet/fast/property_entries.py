@@ -20,7 +20,7 @@ from roboyard.native.signatures import EntrySignature
 
 
 class Write(NamedTuple):
-    """What a value of one argument changes; the machine code has the same order.
+    """The effect of a value of one argument; the machine code has the same order.
 
     Numbers are sums of the value's one or three numbers and 1, each with a factor.
     """
@@ -45,7 +45,7 @@ class Write(NamedTuple):
     late: dict[Any, Any] | None = None
     key: Any = None
     worth: Any = None
-    """What a dictionary has of a key from then on."""
+    """A key of a dictionary and its value from then on."""
     true: bool = True
 
 

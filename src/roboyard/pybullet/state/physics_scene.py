@@ -573,7 +573,7 @@ class PhysicsScene:
         """Return MjData with link frames: of the last step or, with `fresh`, current ones."""
         world = self.world
         if fresh or self.frames_are_old or world.is_stale or self.frames_revision != world.revision:
-            data = world.kinematics()
+            data = world.link_frames(keeps_last=False)
             world.kept_frames = None
             self.frames_are_old = False
             self.frames_revision = world.revision
