@@ -585,6 +585,41 @@ def test_masses_and_frictions_that_change_often_act() -> None:
     p.disconnect()
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_filters_that_change_often_are_those_of_the_python_function(seed: int) -> None:
+    outcomes = []
+    for is_python in (False, True):
+        source = random.Random(seed)
+        p.connect(p.DIRECT)
+        p.setGravity(0, 0, -9.8)
+        ground = p.loadURDF(f"{getDataPath()}/plane.urdf")
+        flags = p.URDF_USE_SELF_COLLISION if seed == 3 else 0
+        robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf", [0, 0, 0.5], flags=flags)
+        cubes = [p.loadURDF(f"{getDataPath()}/cube_small.urdf", [1, 0.04 * k, 0.02]) for k in range(3)]
+        call = functools.partial(python, "setCollisionFilterGroupMask")
+        call = call if is_python else p.setCollisionFilterGroupMask
+        assert is_python or fast_commands.is_machine_code("setCollisionFilterGroupMask")
+        p.stepSimulation()
+        scene: Any = CLIENTS[0].scene  # type: ignore[union-attr]
+        places = [(cubes[0], -1), (robot, 2), (robot, -1), (cubes[1], -1), (ground, -1), (robot, 99), (77, 0)]
+        for k in range(150):
+            place = source.choice(places[: 1 + k // 25])
+            numbers = [source.choice((0, 1, 2, 3, -1, -3, 8, True, 2**70)) for _ in range(2)]
+            try:
+                outcomes.append(call(*place, *numbers))
+            except Exception as problem:
+                outcomes.append((type(problem), str(problem)))
+            if k % 10 == 0:
+                p.stepSimulation()
+            if k == 140:
+                p.removeBody(cubes[1])
+            outcomes.append(sorted(scene.world.filters._disabled))
+            outcomes.append((sorted(scene.last_step.filtered), sorted(scene.filters.groups.items())))
+        p.disconnect()
+    half = len(outcomes) // 2
+    assert outcomes[:half] == outcomes[half:]
+
+
 def test_clients_in_this_process_are_connected_and_others_as_before() -> None:
     for call in (p.isConnected, p.isNumpyEnabled, p.getAPIVersion):
         for _ in range(2):

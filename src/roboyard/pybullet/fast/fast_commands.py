@@ -186,6 +186,14 @@ def replace_lines() -> None:
     replace("removeUserDebugItem", REMOVAL, RemovalState(COMMANDS["removeUserDebugItem"].function))
 
 
+def replace_filters() -> None:
+    """Replace setCollisionFilterGroupMask."""
+    from roboyard.pybullet.fast.filter_entries import FILTER, FilterState
+
+    name = "setCollisionFilterGroupMask"
+    replace(name, FILTER, FilterState(COMMANDS[name].function))
+
+
 def replace_user_data() -> None:
     """Replace addUserData."""
     from roboyard.pybullet.fast.item_entries import DATA, DataState

@@ -29,7 +29,10 @@ class PairFilters:
     def __init__(self, world: World, bodies: Mapping[int, BodyRecord]) -> None:
         """Start without filters for the bodies (by id) of a world."""
         self._world, self._bodies = world, bodies
-        self._groups: dict[Place, tuple[int, int]] = {}
+        self.groups: dict[Place, tuple[int, int]] = {}
+        """Group and mask of links for which scripts gave them."""
+        self.alone: int | None = None
+        """The body of all links in `groups`, if these are of one, whose own links do not touch."""
         self._filtered: set[int] = set()
         """Bodies of which any link has a group."""
         self._pairs: dict[tuple[Place, Place], bool] = {}
@@ -42,7 +45,7 @@ class PairFilters:
 
     def group_of(self, body: int, link: int) -> int:
         """Return the filter group of a link: the script's, else 2 for a fixed base and 1 for other links."""
-        given = self._groups.get((body, link))
+        given = self.groups.get((body, link))
         if given is not None:
             return given[0]
         return STATIC_GROUP if self._is_static(body, link) else DEFAULT_GROUP
@@ -53,23 +56,25 @@ class PairFilters:
 
     def shows_all(self, mask: int) -> bool:
         """Return whether the groups of all links share a bit with a mask."""
-        return mask == -1 and not self._groups
+        return mask == -1 and not self.groups
 
     def outside(self, mask: int, places: Iterable[Place]) -> set[Place]:
         """Return those of some links whose groups share no bit with a mask; body -1 is none."""
-        if mask == -1 and not self._groups:
+        if mask == -1 and not self.groups:
             return set()
         return {place for place in {*places} if place[0] >= 0 and not self.group_of(*place) & mask}
 
     def set_group(self, place: Place, group: int, mask: int) -> None:
         """Set the filter group and mask of a link, and update its pairs with all other links."""
-        groups = self._groups
+        groups = self.groups
         old, new = groups.get(place), (group, mask)
         if old == new:
             return
         groups[place] = new
         number, bodies, filtered = place[0], self._bodies, self._filtered
-        filtered.add(number)
+        if number not in filtered:
+            filtered.add(number)
+            self._find_alone()
         moving = static = False
         if old is not None:  # links without a filter of their own, of which there may be many
             old_moving, old_static = _collides(old)
@@ -98,9 +103,10 @@ class PairFilters:
         """
         if self_collision:
             self._self_colliding.add(record.number)
+            self._find_alone()
             self._exclude_ancestors(record, only_parents=not excludes_ancestors)
         self._exclude_static(record)
-        for place in self._groups:
+        for place in self.groups:
             self._apply_to(place, record)
 
     def _exclude_ancestors(self, record: BodyRecord, *, only_parents: bool) -> None:
@@ -145,9 +151,14 @@ class PairFilters:
         self._never = {pair for pair in self._never if body not in (pair[0][0], pair[1][0])}
         self._taken_for_static = {place for place in self._taken_for_static if place[0] != body}
         self._self_colliding.discard(body)
-        self._groups = {place: given for place, given in self._groups.items() if place[0] != body}
+        self.groups = {place: given for place, given in self.groups.items() if place[0] != body}
         self._filtered.discard(body)
+        self._find_alone()
         self._pairs = {pair: on for pair, on in self._pairs.items() if body not in (pair[0][0], pair[1][0])}
+
+    def _find_alone(self) -> None:
+        one = next(iter(self._filtered)) if len(self._filtered) == 1 else None
+        self.alone = None if one in self._self_colliding else one
 
     def _apply_to(self, place: Place, record: BodyRecord) -> None:
         """Apply the filters of a link to its pairs with all links of a body, of which there may be many."""
@@ -171,7 +182,7 @@ class PairFilters:
             filters.set_all(changed)
 
     def _mask_of(self, body: int, link: int) -> int:
-        given = self._groups.get((body, link))
+        given = self.groups.get((body, link))
         if given is not None:
             return given[1]
         return ~STATIC_GROUP if self._is_static(body, link) else -1
