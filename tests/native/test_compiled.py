@@ -333,6 +333,18 @@ def test_bundles_of_records_are_passed_as_one_argument() -> None:
     assert out[0] == -7.0
 
 
+def test_records_of_an_earlier_bundle_are_not_checked_again() -> None:
+    one = Parts(np.array([1.0, -2.0, 3.5]), np.array([[2, 3], [1, 4]]).T, 3)
+    two, other = one._replace(factor=-2), one._replace(parts=np.zeros(1), factor=7)
+    before = BOTH.of(one, two)
+    assert BOTH.of(one, other, before=before).tolist() == BOTH.of(one, other).tolist()
+    assert BOTH.of(other, one, before=before).tolist() == BOTH.of(other, one).tolist()
+    with pytest.raises(TypeError, match="parts is float32 instead of float64"):
+        BOTH.of(one, two._replace(parts=np.zeros(3, np.float32)), before=before)
+    made = BOTH.of(one, two, before=Bundle((ITEM, ITEM, ITEM)).of(two, one, one))
+    assert made.tolist() == before.tolist()
+
+
 def test_wrong_bundles_are_rejected() -> None:
     pieces = Parts(np.array([1.0, -2.0, 3.0]), np.array([[2], [1]]), 3)
     with pytest.raises(TypeError, match="a Pieces has a number"):

@@ -130,6 +130,32 @@ def test_a_constraint_that_is_removed_before_a_step_costs_no_compile():
     np.testing.assert_allclose(box.position, [0, 0, 1], atol=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("change", "speed"),
+    [
+        (lambda world, box: setattr(world, "gravity", (0, 0, -3.0)), -1.0 - 3.0 / 240),
+        (lambda world, box: setattr(world, "timestep", 0.01), -1.0 - 0.0981),
+        (lambda world, box: box.links[0].set_damping(linear=24.0), -1.0 - 9.81 / 240 + 0.1),
+    ],
+    ids=["gravity", "timestep", "damping"],
+)
+def test_numbers_that_change_before_a_new_constraint_is_removed_hold(change, speed):
+    world = World(profile=BULLET)
+    box, other = (world.add_box((0.2, 0.2, 0.2), (x, 0, 5)) for x in (0, 3))
+    kept = world.constraints.add_weld(other.links[0], None, position_b=(3, 0, 5))
+    world.step()
+    constraint = world.constraints.add_point(box.links[0], None, position_b=(0, 0, 5))
+    change(world, box)
+    box.links[0].friction = 0.25
+    world.constraints.set_frame(kept, "b", (3, 0, 5.1))
+    world.constraints.remove(constraint)
+    box.set_velocity((0, 0, -1))
+    world.step()
+    assert box.velocity[0][2] == pytest.approx(speed, rel=1e-9)
+    assert world.live_model.geom_friction[box.links[0].geom_ids[0], 0] == 0.25
+    assert other.velocity[0][2] > 0.1
+
+
 def test_an_edit_before_or_after_a_constraint_that_is_removed_is_compiled():
     for order in ((0, 1), (1, 0)):
         world = World()

@@ -19,6 +19,7 @@ from roboyard.description.model import (
 )
 from roboyard.errors import RoboyardError
 from roboyard.sim import World
+from roboyard.sim.physics_profile import BULLET
 from roboyard.transforms import multiply, quaternion_from_axis_angle, rotate
 
 G = 9.81
@@ -379,6 +380,21 @@ def test_a_driven_joint_stops_at_the_limit_that_was_set(bound: float) -> None:
     body.joint("hinge").drive_effort(2.0)
     world.step(4000)
     assert body.joint("hinge").position == pytest.approx(bound, abs=0.03)
+
+
+def test_a_limit_that_was_removed_has_no_place_once_bodies_come() -> None:
+    hinge = Joint(name="hinge", type="revolute", parent="base", child="load", axis=(0, 0, 1),
+                  limit=Limit(lower=-0.2, upper=0.2, effort=5, velocity=5))  # fmt: skip
+    world = World(profile=BULLET)
+    body = world.add_description(on_one_joint(hinge), fixed_base=True)
+    world.motors.set(body.joints[0], velocity=1.0, max_impulse=1.0)
+    world.step()
+    in_turn = world.stepping.in_turn
+    assert [len(parts.limits) for parts in in_turn._parts or ()] == [1]
+    body.joints[0].set_limits(1.0, -1.0)
+    in_turn.note_bodies()
+    world.step()
+    assert [(len(parts.limits), len(parts.motors)) for parts in in_turn._parts or ()] == [(0, 1)]
 
 
 def test_limits_can_be_removed_and_only_of_joints_that_have_them() -> None:

@@ -45,15 +45,17 @@ def attribute(owner, name):
 PLAIN = """
 def plain(state, value):
     kind = word(value, KIND)
-    if kind != word(word(state, NUMBER), KIND) and kind != word(word(state, WHOLE), KIND):
+    if kind == word(word(state, NUMBER), KIND):
+        return PyFloat_AsDouble(value)
+    if kind != word(word(state, WHOLE), KIND):
         return np.nan
-    found = PyFloat_AsDouble(value)
-    if found == -1.0 and PyErr_Occurred() != 0:
+    found = PyLong_AsLongLong(value)  # PyFloat_AsDouble makes a float of it first
+    if found == -1 and PyErr_Occurred() != 0:
         PyErr_Clear()
         return np.nan
-    return found
+    return np.float64(found)
 """
-"""A plain float or int, NaN for anything else.
+"""A plain float, or an int of 64 bits, NaN for anything else.
 
 KIND is the place of an object's type; NUMBER and WHOLE are those of a float and an int in the state.
 """

@@ -88,6 +88,8 @@ class Words(np.ndarray):
     bundle: Bundle | None = None
     records: tuple[Any, ...] = ()
     """The records, whose arrays stay as long as this does."""
+    parts: tuple[list[int], ...] = ()
+    """The addresses and integers of each record."""
 
 
 @dataclass(frozen=True)
@@ -105,23 +107,31 @@ class Bundle:
             if any(not field.dimensions and field.dtype.startswith("f") for field in one.fields):
                 raise TypeError(f"a {one.made_by.__name__} has a number that is no integer")
 
-    def of(self, *values: Any) -> Words:
+    def of(self, *values: Any, before: Words | None = None) -> Words:
         """Return records as the argument of a loop.
+
+        Args:
+            values: the records.
+            before: an earlier result, of which records that are the same need no check.
 
         Raises:
             TypeError: they are other ones.
         """
         if len(values) != len(self.records):
             raise TypeError(f"{len(values)} records instead of {len(self.records)}")
-        words: list[int] = []
-        for wanted, value in zip(self.records, values, strict=True):
+        known = before if before is not None and before.bundle is self else None
+        parts: list[list[int]] = []
+        for place, (wanted, value) in enumerate(zip(self.records, values, strict=True)):
+            if known is not None and value is known.records[place]:
+                parts.append(known.parts[place])
+                continue
             problem = wanted.problem_with(value)
             if problem:
                 raise TypeError(problem)
             pairs = zip(wanted.fields, value, strict=True)
-            words += [id(field) if argument.dimensions else int(field) for argument, field in pairs]
-        made = np.array(words, np.int64).view(Words)
-        made.bundle, made.records = self, values
+            parts.append([id(field) if argument.dimensions else int(field) for argument, field in pairs])
+        made = np.array([word for part in parts for word in part], np.int64).view(Words)
+        made.bundle, made.records, made.parts = self, values, tuple(parts)
         return made
 
     def problem_with(self, value: Any) -> str:

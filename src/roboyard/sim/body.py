@@ -258,7 +258,7 @@ class Body:
             element.pos = xyz
         if wxyz is not None:
             element.quat = wxyz
-        if not world.is_stale:
+        if world.takes_numbers():
             row = self.mujoco_ids[0]
             if xyz is not None:
                 world.live_model.body_pos[row] = xyz

@@ -69,11 +69,13 @@ class Engine(Generic[BodyT]):
         self.is_stale = True
         """Whether the spec was edited since the last compile."""
         self.edits = 0
-        """Number of edits of the spec so far."""
+        """Number of edits of the spec so far, and of what the arrays of a compile get while it is awaited."""
         self.before_edit: Callable[[], None] | None = None
         """Called before rows of MuJoCo's arrays change, while these still hold the last step."""
         self.is_moved = True
         """Whether positions were written since body frames were computed."""
+        self._centres_moved = True
+        """Whether body frames were computed since what is computed of them."""
         self._velocity_moved = True
         self.keeps_frames = False
         """Whether body frames of the last step are kept in `kept_frames` when they are brought up to date."""
@@ -81,10 +83,15 @@ class Engine(Generic[BodyT]):
         """(nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z before the last position update,
         where MuJoCo's arrays hold later ones."""
         self._inertia_changed = False
+        self.late_masses: dict[Any, Array] = {}
+        """Links to (4,) masses (kg) and principal moments (kg m²) that the spec does not have yet."""
+        self.late_frictions: dict[Any, Array] = {}
+        """Links to (1,) sliding friction that the spec does not have yet."""
         self.kept_rays: dict[bool, Any] = {}
         """MuJoCo's arrays for rays, by whether they meet visual shapes; dropped when the arrays change."""
-        self.kept_poses: tuple[Any, Any, Any] | None = None
-        """MuJoCo's arrays of poses in parent frames and of active equalities; dropped when they change."""
+        self.kept_poses: tuple[Any, Any, Any, Any, Any] | None = None
+        """MuJoCo's arrays of poses in parent frames and of active equalities, model and data; dropped when
+        they change."""
         self._reference: Any = None
         """MjData in which MuJoCo computes what depends on masses alone; created when masses change."""
         self._geom_owners: np.ndarray | None = None
@@ -177,6 +184,7 @@ class Engine(Generic[BodyT]):
         """The `mujoco.MjSpec` with the world's bodies only; after an edit call `mark_stale`."""
         self.pool.clear()
         self.show_triangles()
+        self.write_late()
         self._complete_spec()
         return self.raw_spec
 
@@ -230,11 +238,38 @@ class Engine(Generic[BodyT]):
 
     def mark_stale(self) -> None:
         """Note an edit of the spec: compile before the next use."""
-        if self.before_edit is not None and not self.is_stale:
-            self.before_edit()
+        if not self.is_stale:
+            if self.before_edit is not None:
+                self.before_edit()
+            self.write_late()
         self.is_stale = True
         self.edits += 1
         self.drop_prepared()
+
+    def takes_numbers(self) -> bool:
+        """Return whether a number is to be written into MuJoCo's arrays now; else the next compile does so.
+
+        That is then certain: otherwise the removal of a new constraint may avoid it (`forgo_compile`).
+        """
+        self.edits += self.is_stale
+        return not self.is_stale
+
+    def forgo_compile(self, edits: int) -> None:
+        """Note that the spec is as it was at the last compile, unless there were more edits than so many."""
+        if self.edits == edits and not self.late_masses and not self.late_frictions:
+            self.is_stale = False
+            self.drop_prepared()
+
+    def write_late(self) -> None:
+        """Write masses and frictions into the spec that it does not have yet."""
+        if self.is_stale and (self.late_masses or self.late_frictions):
+            self.edits += 1
+        for link, numbers in self.late_masses.items():
+            link.keep_mass(numbers)
+        self.late_masses.clear()
+        for link, numbers in self.late_frictions.items():
+            link.keep_friction(float(numbers[0]))
+        self.late_frictions.clear()
 
     def drop_prepared(self) -> None:
         """Drop what other layers have prepared, after arrays were replaced."""
@@ -290,6 +325,7 @@ class Engine(Generic[BodyT]):
         """
         if not self.is_stale:
             return
+        self.write_late()
         self._dofs = sum(body.built.dofs for body in self.body_by_id.values())
         self._free_dofs = sum(body.built.free_dofs for body in self.body_by_id.values())
         self._has_joints = any(_has_joints(body) for body in self.body_by_id.values())
@@ -450,19 +486,33 @@ class Engine(Generic[BodyT]):
         model.body_margin[:] = 0.0  # pairs of bodies with several shapes are looked at within these alone
         np.maximum.at(model.body_margin, model.geom_bodyid, model.geom_margin + model.geom_gap)
 
-    def kinematics(self) -> Any:
-        """Return the MjData with positions (xpos, xipos, geom_xpos, ...) that agree with qpos."""
+    def link_frames(self, *, keeps_last: bool) -> Any:
+        """Return the MjData with positions of bodies, geoms and sites that agree with qpos.
+
+        Args:
+            keeps_last: whether body frames of the last step are kept where the world keeps them at all.
+        """
         if self.is_stale:
             self.ensure_compiled()
         if self.is_moved:
-            if self._inertia_changed:
-                self._sum_inertia()
-            if self.keeps_frames and self.kept_frames is None:
+            if keeps_last and self.keeps_frames and self.kept_frames is None:
                 self.kept_frames = self._data.xpos.copy(), self._data.xquat.copy()
             mujoco.mj_kinematics(self._model, self._data)
-            mujoco.mj_comPos(self._model, self._data)
-            self.is_moved = False
+            self.is_moved, self._centres_moved = False, True
         return self._data
+
+    def kinematics(self) -> Any:
+        """Return the MjData with positions (xpos, xipos, geom_xpos, ...) that agree with qpos.
+
+        So do centres of mass of trees and axes of motion.
+        """
+        data = self.link_frames(keeps_last=True)
+        if self._centres_moved:
+            if self._inertia_changed:
+                self._sum_inertia()
+            mujoco.mj_comPos(self._model, data)
+            self._centres_moved = False
+        return data
 
     def velocities(self) -> Any:
         """Return the MjData with positions and body velocities (cvel) that agree with qpos and qvel."""
@@ -538,7 +588,7 @@ class Engine(Generic[BodyT]):
     @gravity.setter
     def gravity(self, value: Sequence[float]) -> None:
         self._gravity = _vector3(value)
-        if not self.is_stale:
+        if self.takes_numbers():
             self._model.opt.gravity[:] = self._gravity
 
     @property
@@ -551,7 +601,7 @@ class Engine(Generic[BodyT]):
         if not 0 < value < np.inf:
             raise RoboyardError(f"timestep must be positive and finite, got {value}")
         self._timestep = float(value)
-        if not self.is_stale:
+        if self.takes_numbers():
             self._model.opt.timestep = self._timestep
 
     @property

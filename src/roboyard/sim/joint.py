@@ -95,7 +95,7 @@ class Joint:
         element.limited = flags.mjLIMITED_TRUE if limited else flags.mjLIMITED_FALSE
         if limited:
             element.range = [lower, upper]
-        if not world.is_stale:
+        if world.takes_numbers():
             world.live_model.jnt_limited[element.id] = limited
             if limited:
                 world.live_model.jnt_range[element.id] = lower, upper
@@ -113,7 +113,7 @@ class Joint:
         for element in self._built.joint_elements:
             element.damping = [value, 0.0, 0.0]
         world = self.body.world
-        if self._built.joint_elements and not world.is_stale:
+        if self._built.joint_elements and world.takes_numbers():
             world.live_model.dof_damping[self.dof_slice] = value
 
     @property
@@ -133,7 +133,7 @@ class Joint:
         for element in self._built.joint_elements:
             element.armature = total
         world = self.body.world
-        if self._built.joint_elements and not world.is_stale:
+        if self._built.joint_elements and world.takes_numbers():
             model, dofs = world.live_model, self.dof_slice
             model.dof_M0[dofs] += total - model.dof_armature[dofs]
             model.dof_armature[dofs] = total

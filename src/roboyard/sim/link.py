@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import isfinite
 from typing import Any, Protocol
 
@@ -98,6 +99,7 @@ class Link:
     @property
     def mass(self) -> float:
         """Mass (kg) as described; 0 where the description gives none."""
+        self.body.world.write_late()
         found = self._built.mass
         return 0.0 if found is None or found.note == TRACE_NOTE else found.mass
 
@@ -110,10 +112,12 @@ class Link:
         given = (inertial.mass, *inertial.origin.position, *inertial.origin.quaternion, *inertial.inertia)
         if not all(map(isfinite, given)):
             raise ValueError(f"link {self.name!r}: mass properties must be finite, got {inertial}")
-        old, world = self._built.mass, self.body.world
+        world = self.body.world
+        world.write_late()
+        old = self._built.mass
         self._built.mass = new = mass_properties(inertial)
         write_mass(self._built.element, new)
-        if world.is_stale:
+        if not world.takes_numbers():
             return
         if old is None or not (old.mass and new.mass and _has_axes_of(new, old)):
             world.mark_stale()  # the structure of MuJoCo's model depends on it
@@ -122,11 +126,24 @@ class Link:
         model.body_mass[row], model.body_inertia[row] = new.mass, new.principal
         world.mark_inertia_changed()
 
+    def keep_mass(self, numbers: Array) -> None:
+        """Write a (4,) mass (kg) and principal moments (kg m²), about the same axes, into the spec."""
+        built = self._built
+        assert built.mass is not None
+        built.mass = replace(built.mass, mass=float(numbers[0]), principal=numbers[1:].copy())
+        write_mass(built.element, built.mass)
+
+    def keep_friction(self, sliding: float) -> None:
+        """Write the coefficient of sliding friction into the spec."""
+        for geom in self._built.geoms:
+            geom.friction[0] = sliding
+
     # --------------------------------------------------------------------------------------------- contact
 
     @property
     def friction(self) -> float:
         """Sliding friction coefficient; between two links the larger one acts."""
+        self.body.world.write_late()
         geoms = self._built.geoms
         return float(geoms[0].friction[0]) if geoms else 0.0
 
@@ -153,7 +170,8 @@ class Link:
                 raise ValueError(f"link {self.name!r}: friction must be at least 0 and finite, got {value}")
         condim = 6 if rolling else 4 if spinning else 3
         world = self.body.world
-        model = None if world.is_stale else world.live_model
+        world.write_late()
+        model = world.live_model if world.takes_numbers() else None
         for geom in self._built.geoms:
             row = geom.id
             old = (geom.friction if model is None else model.geom_friction[row]).tolist()
@@ -179,10 +197,11 @@ class Link:
         if not 0 <= friction < np.inf:
             raise ValueError(f"link {self.name!r}: friction must be at least 0 and finite, got {friction}")
         world = self.body.world
+        world.write_late()
         for geom in self._built.geoms:
             geom.condim, geom.priority = 3 if friction > 0 else 1, 1
             geom.friction = np.array([friction, *geom.friction[1:]])
-            if not world.is_stale:
+            if world.takes_numbers():
                 model, row = world.live_model, geom.id
                 model.geom_condim[row], model.geom_priority[row] = geom.condim, 1
                 model.geom_friction[row, 0] = friction

@@ -288,6 +288,8 @@ class Simulation(Engine[Body]):
         if body.is_removed or self.body_by_id.get(body.id) is not body:
             raise StaleHandleError(f"body {body.name!r} is not in this world")
         built = body.built
+        if self.late_masses or self.late_frictions:
+            self.write_late()  # while its rows are there
         self.soft.forget(body.id)
         self.constraints.forget(body.id)
         self.filters.forget(body)

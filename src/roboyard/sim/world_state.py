@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.errors import ModelError
 from roboyard.sim.body import Body
@@ -44,8 +45,6 @@ def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
 
     Inactive bodies are deleted first, so that the state fits later compiles.
     """
-    from roboyard._mujoco import mujoco
-
     world.ensure_compiled()
     world.wrenches.find()
     kind = _kind()
@@ -71,16 +70,15 @@ def restore(world: Engine[Body], state: WorldState) -> None:
     Raises:
         ModelError: bodies were added or removed since the state was saved.
     """
-    from roboyard._mujoco import mujoco
-
     kind, kept = _kind(), world.kept_poses
     if kept is None or world.is_stale or world.pool.is_used or state.fits[0] != world.revision:
         model = world.model_of_bodies  # inactive ones are deleted
-        kept = world.kept_poses = model.body_pos, model.body_quat, world.live_data.eq_active
+        data = world.live_data
+        kept = world.kept_poses = model.body_pos, model.body_quat, data.eq_active, model, data
         if state.fits[0] != world.revision:
             _check(world, state, mujoco.mj_stateSize(model, kind))
-    mujoco.mj_setState(world.live_model, world.live_data, state.values, kind)
-    positions, quaternions, active = kept
+    positions, quaternions, active, model, data = kept
+    mujoco.mj_setState(model, data, state.values, kind)
     _, known_positions, known_quaternions, known_active = state.fits
     # bytes are much faster than arrays
     if len(state.equalities) == len(active) and active.tobytes() != known_active:
@@ -122,13 +120,12 @@ def _check(world: Engine[Body], state: WorldState, size: int) -> None:
 @cache
 def _kind() -> int:
     """Return what MuJoCo saves: everything that steps need but which constraints are active."""
-    from roboyard._mujoco import mujoco
-
     return int(mujoco.mjtState.mjSTATE_INTEGRATION) & ~int(mujoco.mjtState.mjSTATE_EQ_ACTIVE)
 
 
 def _restore_friction(world: Engine[Body], saved: Array) -> None:
     """Write (ngeom, 3) coefficients of friction where they differ, for the next compile as well."""
+    world.write_late()
     model = world.live_model
     changed = (model.geom_friction != saved).any(axis=1)
     if not changed.any():

@@ -520,6 +520,106 @@ def test_changed_dynamics_are_those_of_the_python_function(given: dict[str, Any]
     assert outcomes[:half] == outcomes[half:]
 
 
+@pytest.mark.parametrize("is_stale", [False, True])
+@pytest.mark.parametrize(
+    "change", [{}, {"localInertiaDiagonal": [1, 2, 3]}, {"collisionMargin": 0.3}, {"mass": 0}]
+)
+def test_dynamics_that_change_often_are_those_of_the_python_function(
+    change: dict[str, Any], is_stale: bool
+) -> None:
+    outcomes = []
+    for is_python in (False, True):
+        p.connect(p.DIRECT)
+        p.setGravity(0, 0, -9.8)
+        robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf", [0, 0, 1], [0.1, 0.2, 0.3, 0.9])
+        fixed = p.loadURDF(f"{getDataPath()}/r2d2.urdf", [9, 0, 1], useFixedBase=True)
+        cube = p.loadURDF(f"{getDataPath()}/cube_small.urdf", [1, 2, 1])
+        call = p.changeDynamics.__self__ if is_python else p.changeDynamics
+        world: Any = CLIENTS[0].scene.world  # type: ignore[union-attr]
+        for step in range(3):
+            p.stepSimulation()
+            if is_stale:
+                p.createMultiBody(0, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), -1, [step, 5, 5])
+                assert world.is_stale or step
+            for body, link in ((robot, -1), (robot, 2), (fixed, -1), (fixed, 3), (cube, -1)):
+                for k in (1, 2, 3, 2, 5):
+                    call(body, link, mass=0.7 * k)
+                    call(body, link, lateralFriction=0.1 * k, mass=0.3 * k)
+                    if k == 3 and step:
+                        call(body, link, **change)
+                        call(body, link, spinningFriction=0.01 * step)
+                    if k == 5:
+                        call(body, link, mass=10**-9.0)
+                        call(body, link, mass=2)
+                handle = world.bodies[body].links[link + 1]
+                outcomes += [handle.mass, handle.friction, *python("getDynamicsInfo", body, link)[:3]]
+            if not world.is_stale:
+                model = world.live_model
+                outcomes += [model.body_mass, model.body_inertia, model.geom_friction]
+            p.stepSimulation()
+            outcomes += [np.array(p.getBaseVelocity(body)) for body in (robot, fixed, cube)]
+        p.removeBody(robot)
+        p.changeDynamics(cube, -1, lateralFriction=0.9)
+        model = world.model
+        outcomes += [model.body_mass.copy(), model.body_inertia.copy(), model.geom_friction.copy()]
+        p.disconnect()
+    half = len(outcomes) // 2
+    for place, (one, other) in enumerate(zip(outcomes[:half], outcomes[half:], strict=True)):
+        np.testing.assert_allclose(one, other, rtol=1e-13, atol=1e-13, err_msg=f"outcome {place}")
+
+
+def test_masses_and_frictions_that_change_often_act() -> None:
+    p.connect(p.DIRECT)
+    p.setGravity(0, 0, -10)
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[2, 2, 0.1])
+    floor, box = p.createMultiBody(0, shape, -1, [0, 0, -0.1]), p.createMultiBody(1, shape, -1, [0, 0, 0.1])
+    for mass, friction in ((1, 0.5), (2, 0.4), (3, 0.2), (4, 0.1), (5, 0.3)):
+        p.changeDynamics(box, -1, mass=mass, lateralFriction=friction, linearDamping=0, angularDamping=0)
+        p.changeDynamics(floor, -1, lateralFriction=1.0)
+        p.resetBasePositionAndOrientation(box, [0, 0, 0.1], [0, 0, 0, 1])
+        p.resetBaseVelocity(box, [2, 0, 0])
+        for _ in range(24):
+            p.stepSimulation()
+        assert p.getBaseVelocity(box)[0][0] == pytest.approx(2 - 10 * friction * 0.1, abs=1e-3)
+        assert sum(point[9] for point in p.getContactPoints(box)) == pytest.approx(10 * mass, rel=1e-3)
+    p.disconnect()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_filters_that_change_often_are_those_of_the_python_function(seed: int) -> None:
+    outcomes = []
+    for is_python in (False, True):
+        source = random.Random(seed)
+        p.connect(p.DIRECT)
+        p.setGravity(0, 0, -9.8)
+        ground = p.loadURDF(f"{getDataPath()}/plane.urdf")
+        flags = p.URDF_USE_SELF_COLLISION if seed == 3 else 0
+        robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf", [0, 0, 0.5], flags=flags)
+        cubes = [p.loadURDF(f"{getDataPath()}/cube_small.urdf", [1, 0.04 * k, 0.02]) for k in range(3)]
+        call = functools.partial(python, "setCollisionFilterGroupMask")
+        call = call if is_python else p.setCollisionFilterGroupMask
+        assert is_python or fast_commands.is_machine_code("setCollisionFilterGroupMask")
+        p.stepSimulation()
+        scene: Any = CLIENTS[0].scene  # type: ignore[union-attr]
+        places = [(cubes[0], -1), (robot, 2), (robot, -1), (cubes[1], -1), (ground, -1), (robot, 99), (77, 0)]
+        for k in range(150):
+            place = source.choice(places[: 1 + k // 25])
+            numbers = [source.choice((0, 1, 2, 3, -1, -3, 8, True, 2**70)) for _ in range(2)]
+            try:
+                outcomes.append(call(*place, *numbers))
+            except Exception as problem:
+                outcomes.append((type(problem), str(problem)))
+            if k % 10 == 0:
+                p.stepSimulation()
+            if k == 140:
+                p.removeBody(cubes[1])
+            outcomes.append(sorted(scene.world.filters._disabled))
+            outcomes.append((sorted(scene.last_step.filtered), sorted(scene.filters.groups.items())))
+        p.disconnect()
+    half = len(outcomes) // 2
+    assert outcomes[:half] == outcomes[half:]
+
+
 def test_clients_in_this_process_are_connected_and_others_as_before() -> None:
     for call in (p.isConnected, p.isNumpyEnabled, p.getAPIVersion):
         for _ in range(2):
@@ -751,6 +851,37 @@ def test_efforts_of_constraints_are_those_of_the_python_function(robot: int) -> 
                 assert outcomes[0] == outcomes[1] == outcomes[2]
     assert all(any(p.getConstraintState(k)) for k in (made[0], *made[2:]))
     assert set(CLIENTS[0].prepared["constraints"]) == {made[0], *made[2:]}  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("is_stale", [False, True])
+def test_constraints_that_move_often_are_those_of_the_python_function(is_stale: bool) -> None:
+    outcomes = []
+    for is_python in (False, True):
+        p.connect(p.DIRECT)
+        zero, robots = [0, 0, 0], [p.loadURDF(f"{getDataPath()}/r2d2.urdf", [x, 0, 1]) for x in (0, 2)]
+        made = [
+            p.createConstraint(robots[0], 2, -1, -1, p.JOINT_FIXED, zero, zero, [0, 0, 1]),
+            p.createConstraint(robots[0], 3, robots[1], 13, p.JOINT_POINT2POINT, zero, zero, [-1, 0, 0]),
+        ]
+        call = p.changeConstraint.__self__ if is_python else p.changeConstraint
+        for step in range(4):
+            p.stepSimulation()
+            made.append(p.createConstraint(robots[1], 1, -1, -1, p.JOINT_FIXED, zero, zero, [2, 0, 1]))
+            if not is_stale:
+                p.stepSimulation()
+            for constraint in made:
+                for k in range(4):
+                    call(constraint, [0.1 * k, 0.2 * step, 1])
+                    call(constraint, (0, 0.01 * step, 0.5 * k), [0, 0, 0.6, 0.8], maxForce=100 * k)
+            p.removeConstraint(made.pop())
+            for constraint in made:
+                call(constraint, [0.1, 0.2, 1.1 + 0.01 * step])
+            p.stepSimulation()
+            outcomes += [p.getConstraintInfo(k) for k in made] + [p.getConstraintState(k) for k in made]
+            outcomes += [p.getBasePositionAndOrientation(body) for body in robots]
+        p.disconnect()
+    half = len(outcomes) // 2
+    assert repr(outcomes[:half]) == repr(outcomes[half:])
 
 
 @pytest.mark.parametrize(

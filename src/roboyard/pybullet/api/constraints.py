@@ -25,16 +25,19 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.fast.fast_commands import (
+    is_changed_again,
     is_machine_code,
+    prepare_write,
     replace_constraint_state,
     replace_constraints,
     replace_properties,
 )
-from roboyard.pybullet.state.constraint_building import build, child_frame, remove, unit
+from roboyard.pybullet.state.constraint_building import build, child_frame, place_in_child, remove, unit
 from roboyard.pybullet.state.constraint_records import IDENTITY, ConstraintRecord
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.world import World
 
 Vector = Sequence[float]
@@ -309,6 +312,32 @@ def _move_child(client: Client, number: int, pivot: Vector3) -> None:
         record.child_position = pivot
         if record.kind != c.JOINT_GEAR:
             scene.world.constraints.set_frame(record.made, "b", child_frame(scene, record)[0])
+            _prepare_pivot(scene, record)
+
+
+def _prepare_pivot(scene: PhysicsScene, record: ConstraintRecord) -> None:
+    """Let machine code move the child's frame of a constraint."""
+    world, made, places = scene.world, record.made, (record.number,)
+    if made is None or (world.is_stale and made.element is not None):
+        return
+    if not is_changed_again("changeConstraint", "jointChildPivot", world.prepared, "pivots", places):
+        return
+    from roboyard.pybullet.fast.property_entries import Write
+
+    factors = np.zeros((3, 4))
+    factors[:, 3] = start = place_in_child(scene, record, (0.0, 0.0, 0.0))
+    for axis, unit_vector in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
+        factors[:, axis] = np.subtract(place_in_child(scene, record, unit_vector), start)
+    write = Write(
+        owner=record,
+        name="child_position",
+        factors=factors,
+        targets=() if world.is_stale else (world.live_model.site_pos[made.rows[1]],),
+        places=(np.arange(3),),
+        other=made,
+        other_name="position_b",
+    )
+    prepare_write("changeConstraint", "jointChildPivot", world.prepared, "pivots", places, write)
 
 
 def _turn_child(client: Client, number: int, orientation: Quaternion) -> None:
@@ -344,4 +373,6 @@ _PRESENT = {
     "jointChildFrameOrientation": "child_orientation",
     "maxForce": "bound",
 }
-START.later(partial(replace_properties, "changeConstraint", CHANGES, _LENGTHS, "_constraints", _PRESENT))
+START.later(
+    partial(replace_properties, "changeConstraint", CHANGES, _LENGTHS, "_constraints", _PRESENT, "pivots")
+)

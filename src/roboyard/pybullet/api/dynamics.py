@@ -7,15 +7,22 @@ from functools import partial
 from math import nan
 from typing import TYPE_CHECKING, Any
 
-from roboyard.description.mass_properties import link_masses, trace_mass
+import numpy as np
+
+from roboyard.description.mass_properties import MIN_INERTIA, link_masses, trace_mass
 from roboyard.description.model import Inertial
-from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, never_turns, world_moments
+from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, LEAST_MOMENT, never_turns, world_moments
 from roboyard.pybullet.bullet_rules.shape_inertia import shape_moments
 from roboyard.pybullet.face.arguments import check_finite, number, vector3_or, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.fast.fast_commands import replace_properties
+from roboyard.pybullet.fast.fast_commands import (
+    forget_write,
+    is_changed_again,
+    prepare_write,
+    replace_properties,
+)
 from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
 
 if TYPE_CHECKING:
@@ -24,6 +31,8 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
+_KIND = "dynamics"
+"""Of what is prepared for machine code."""
 
 
 @command()
@@ -163,6 +172,7 @@ def changeDynamics(
         state.collision_margin, state.is_solid = collisionMargin, False
         record.link_boxes = scene.link_boxes = None
         scene.world.prepared.get("box", {}).pop(record.number, None)
+        scene.world.prepared.get(_KIND, {}).pop(record.number, None)
     if linkIndex >= 0:
         joint = record.body.joints[linkIndex]
         if jointDamping >= 0:
@@ -210,6 +220,51 @@ def _set_mass(
     record.body.links[link + 1].set_inertial(inertial)
     if turned == never_turns(state.moments) and len(record.links) == 1:
         scene.set_damping(record, record.linear_damping, record.angular_damping)
+    _prepare_mass(scene, record, link)
+
+
+def _prepare_mass(scene: PhysicsScene, record: BodyRecord, link: int) -> None:
+    """Let machine code change the mass of a link whose moments are those of its shapes; they grow with it."""
+    world, state, places = scene.world, record.links[link + 1], (record.number, link)
+    if not is_changed_again("changeDynamics", "mass", world.prepared, _KIND, places):
+        return
+    forget_write("changeDynamics", "mass", world.prepared, _KIND, places)
+    handle = record.body.links[link + 1]
+    mass, moments, present = state.mass, state.moments, handle._built.mass
+    if not state.is_solid or mass <= 0.0 or (link < 0 and record.model.fixed_base):
+        return
+    least = 2.0 * max(MIN_INERTIA, LEAST_MOMENT) * mass / max(min(moments), 1e-300)
+    if (
+        not mass > least
+        or present is None
+        or present.mass != mass
+        or present.principal.tolist() != [*moments]
+    ):
+        return  # the World has other numbers
+    from roboyard.pybullet.fast.property_entries import Write
+
+    factors, numbers = np.zeros((4, 4)), np.zeros(4)
+    factors[:, 0] = 1.0, *(moment / mass for moment in moments)
+    targets: tuple[Any, ...] = (numbers,)
+    if not world.is_stale:
+        model, row = world.live_model, record.body.mujoco_ids[link + 1]
+        targets = numbers, model.body_mass[row : row + 1], model.body_inertia[row]
+    write = Write(
+        owner=state,
+        name="mass",
+        factors=factors,
+        targets=targets,
+        places=(np.arange(4), np.array([0]), np.array([1, 2, 3])),
+        least=least,
+        other=state,
+        other_name="moments",
+        marked=world,
+        marks=() if world.is_stale else ("_inertia_changed", "is_moved", "_velocity_moved"),
+        late=world.late_masses,
+        key=handle,
+        worth=numbers,
+    )
+    prepare_write("changeDynamics", "mass", world.prepared, _KIND, places, write)
 
 
 def _set_friction(
@@ -224,9 +279,28 @@ def _set_friction(
         state.rolling_friction = rolling
     if (state.friction, state.spinning_friction, state.rolling_friction) == old:
         return
-    record.body.links[link + 1].set_friction(
+    handle = record.body.links[link + 1]
+    handle.set_friction(
         sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
     )
+    world, argument, places = handle.body.world, "lateralFriction", (record.number, link)
+    if not is_changed_again("changeDynamics", argument, world.prepared, _KIND, places):
+        return
+    from roboyard.pybullet.fast.property_entries import Write
+
+    factors, numbers = np.array([[1.0, 0.0, 0.0, 0.0]]), np.zeros(1)
+    rows = [] if world.is_stale else handle.geom_ids
+    write = Write(
+        owner=state,
+        name="friction",
+        factors=factors,
+        targets=(numbers, *(world.live_model.geom_friction[row, :1] for row in rows)),
+        places=(np.array([0]),) * (len(rows) + 1),
+        late=world.late_frictions,
+        key=handle,
+        worth=numbers,
+    )
+    prepare_write("changeDynamics", argument, world.prepared, _KIND, places, write)
 
 
 def _hard_body(client: Client, body: int, link: int) -> BodyRecord | None:
@@ -303,4 +377,4 @@ CHANGES: Mapping[str, Any] = {
     "jointDamping": _change_joint_damping,
 }
 """Arguments of changeDynamics that change one property, to what does so where only such ones are given."""
-START.later(partial(replace_properties, "changeDynamics", CHANGES))
+START.later(partial(replace_properties, "changeDynamics", CHANGES, kind=_KIND))

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 from roboyard.pybullet.face.arguments import whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
+from roboyard.pybullet.fast.fast_commands import replace_filters
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -27,7 +29,7 @@ def setCollisionFilterPair(
     if a is not None and b is not None and a is not b:
         first, second = (bodyUniqueIdA, linkIndexA), (bodyUniqueIdB, linkIndexB)
         scene.filters.set_pair(first, second, bool(whole(enableCollision)))
-        scene.last_step.filtered.update((first, second))
+        scene.last_step.filtered.update({first: None, second: None})
 
 
 @command()
@@ -35,8 +37,13 @@ def setCollisionFilterGroupMask(
     client: Client, bodyUniqueId: int, linkIndexA: int, collisionFilterGroup: int, collisionFilterMask: int
 ) -> None:
     """Set the group and mask of a link; two links collide if a group shares a bit with the other's mask."""
-    scene = client.scene
-    if scene.link(whole(bodyUniqueId), whole(linkIndexA)) is not None:
-        place = bodyUniqueId, linkIndexA
-        scene.filters.set_group(place, whole(collisionFilterGroup), whole(collisionFilterMask))
-        scene.last_step.filtered.add(place)
+    scene, group, mask = client.scene, collisionFilterGroup, collisionFilterMask
+    if not type(bodyUniqueId) is type(linkIndexA) is type(group) is type(mask) is int:
+        bodyUniqueId, linkIndexA, group, mask = map(whole, (bodyUniqueId, linkIndexA, group, mask))
+    record, place = scene.bodies.get(bodyUniqueId), (bodyUniqueId, linkIndexA)
+    if record is not None and -1 <= linkIndexA < record.joint_count:
+        scene.filters.set_group(place, group, mask)
+        scene.last_step.filtered[place] = None
+
+
+START.later(replace_filters)

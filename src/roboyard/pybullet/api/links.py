@@ -11,10 +11,12 @@ from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord, LinkReader
+    from roboyard.pybullet.state.body_records import BodyRecord, LinkReader, MovedLinkReader
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 State = tuple[Any, ...]
+_SINGLE = 16
+"""Links that are read one by one after positions were written, until the frames of all are computed."""
 
 
 @command()
@@ -50,6 +52,14 @@ def getLinkState(
     if linkIndex >= record.joint_count:
         return None
     if computeForwardKinematics or scene.frames_are_old or scene.frames_revision != world.revision:
+        if (
+            scene.frames_are_old
+            and world.is_moved
+            and scene.single_reads < _SINGLE
+            and not computeLinkVelocity
+        ):
+            scene.single_reads += 1
+            return (record.moved_link_reader or _moved_reader(scene, record))(linkIndex)
         scene.frames(fresh=True)
     return (record.link_reader or _reader(scene, record))(linkIndex, computeLinkVelocity)
 
@@ -91,6 +101,12 @@ def _existing(scene: PhysicsScene, body: int) -> BodyRecord:
     if body not in scene.bodies and whole(body) < 0:
         raise failure("getLinkState failed; invalid bodyUniqueId", f"body ids start at 0, got {body}")
     return scene.ready(body, "getLinkState failed.")
+
+
+def _moved_reader(scene: PhysicsScene, record: BodyRecord) -> MovedLinkReader:
+    from roboyard.pybullet.state.link_groups import moved_link_reader
+
+    return moved_link_reader(scene.world, record)
 
 
 def _reader(scene: PhysicsScene, record: BodyRecord) -> LinkReader:

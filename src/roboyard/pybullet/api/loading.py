@@ -52,7 +52,11 @@ def setAdditionalSearchPath(client: Client, path: str) -> None:
 
     As in Bullet, it holds for all clients of the process, also for those that connect later.
     """
-    client.search.folder = folder = _folder(text(path))
+    search = client.search
+    if path is search.given and search.folder is client.searched is not None:
+        return
+    search.folder = folder = _folder(text(path))
+    search.given = path
     if folder is not client.searched:
         client.searched = folder
         _note_folder(client, folder)

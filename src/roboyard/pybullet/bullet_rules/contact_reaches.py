@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from roboyard._records import dataclass
-from roboyard.description.model import Box, Collision, Cylinder
+from roboyard.description.model import Box, Collision, Cylinder, Geometry, Pose, Sphere
 from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, local_bounds
 from roboyard.transforms import matrix_from_quaternion
 
@@ -120,6 +120,20 @@ def _without_unknown(found: ShapeBoxes, links: Sequence[Sequence[int]]) -> Shape
 
 
 def _box_of(shape: Collision, implicit_cylinder: bool) -> tuple[np.ndarray, float]:
+    """Return the (4, 3) box around a shape and the largest radius of its edges (m), 0 where it has none."""
+    if isinstance(shape.geometry, Box | Cylinder | Sphere) and not shape.concave:
+        return _plain_box(shape.geometry, shape.origin, implicit_cylinder)
+    return _new_box(shape, implicit_cylinder)
+
+
+@lru_cache(maxsize=512)
+def _plain_box(geometry: Geometry, origin: Pose, implicit_cylinder: bool) -> tuple[np.ndarray, float]:
+    box, edge = _new_box(Collision(geometry=geometry, origin=origin), implicit_cylinder)
+    box.flags.writeable = False
+    return box, edge
+
+
+def _new_box(shape: Collision, implicit_cylinder: bool) -> tuple[np.ndarray, float]:
     """Return the (4, 3) box around a shape and the largest radius of its edges (m), 0 where it has none."""
     corners = None if shape.concave else local_bounds(shape.geometry, implicit_cylinder=implicit_cylinder)
     if corners is None:

@@ -37,7 +37,7 @@ CYLINDER_SIDES = 32
 STATIC_LINK_NAME = "world"
 IMMOVABLE_MASS = 1e6
 """Mass (kg) and moments (kg m²) of a movable base that no force moves."""
-_LEAST_MOMENT = 2.220446049250313e-16
+LEAST_MOMENT = 2.220446049250313e-16
 """Smaller moments (kg m²) are zero to Bullet."""
 MomentsOf = Callable[[float, Pose, tuple[Collision, ...]], Moments]
 """Function from mass (kg), inertial frame and shapes of a link to moments (kg m²)."""
@@ -280,7 +280,7 @@ def never_turns(moments: Moments) -> bool:
     Source:
         Bullet, btMultiBody.cpp, solveImatrix: without links, one moment of zero is enough.
     """
-    return min(moments) < _LEAST_MOMENT
+    return min(moments) < LEAST_MOMENT
 
 
 def world_moments(moments: Moments, *, is_alone: bool) -> Moments:

@@ -25,7 +25,10 @@ MANY, MOST = 1000, 5000
 DIRECT: dict[int, Any] = {}
 """Clients in this process, by number, whose methods are the commands themselves."""
 PREPARED: dict[str, dict[Any, dict[int, Any]]] = {
-    kind: {} for kind in ("push", "box", "motors", "efforts", "masses", "joints", "constraints")
+    kind: {}
+    for kind in (
+        *("push", "box", "motors", "efforts", "masses", "joints", "constraints", "dynamics", "pivots"),
+    )
 }
 """Kind to clients of `DIRECT` to bodies to what commands that are machine code need of them."""
 FILLED: dict[Any, dict[Any, Any]] = {}

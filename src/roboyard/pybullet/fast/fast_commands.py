@@ -103,6 +103,7 @@ def replace_properties(
     lengths: Mapping[str, int] | None = None,
     records: str | None = None,
     present: Mapping[str, str] | None = None,
+    kind: str | None = None,
 ) -> None:
     """Replace a command with many optional arguments.
 
@@ -112,6 +113,7 @@ def replace_properties(
         lengths: arguments that are several numbers, and how many.
         records: attribute of the scene with records by the first integer, if any.
         present: arguments to the record's attribute that is equal where they change nothing.
+        kind: of what functions prepare by `prepare_write`.
     """
     from roboyard.pybullet.fast.property_entries import PROPERTIES, Properties
 
@@ -122,7 +124,56 @@ def replace_properties(
     by_place = tuple(changes.get(argument) for argument in names)
     sizes = tuple((lengths or {}).get(argument, 0) for argument in names)
     attributes = tuple((present or {}).get(argument) for argument in names)
-    replace(name, PROPERTIES, Properties(function, by_place, sizes, defaults, first, records, attributes))
+    prepared = None if kind is None else PREPARED[kind]
+    state = Properties(function, by_place, sizes, defaults, first, records, attributes, prepared=prepared)
+    replace(name, PROPERTIES, state)
+
+
+def prepare_write(
+    name: str, argument: str, prepared: Mapping[str, Any], kind: str, places: tuple[int, ...], write: Any
+) -> None:
+    """Let a command that is machine code do what an optional argument changes.
+
+    Args:
+        name: of the command.
+        argument: of `replace_properties`.
+        prepared: `Engine.prepared` of the world.
+        kind: of what is prepared.
+        places: the command's first arguments after the client.
+        write: `property_entries.Write`.
+    """
+    by_place: Any = prepared[kind]
+    for place in places[:-1]:
+        by_place = by_place.setdefault(place, {})
+    function = COMMANDS[name].function
+    count = len(function.__defaults__ or ())
+    names = function.__code__.co_varnames[: function.__code__.co_argcount][-count:]
+    by_place.setdefault(places[-1], [None] * count)[names.index(argument)] = write
+
+
+def is_changed_again(
+    name: str, argument: str, prepared: Mapping[str, Any], kind: str, places: tuple[int, ...]
+) -> bool:
+    """Return whether a command that is machine code has changed an argument before; see `prepare_write`.
+
+    To prepare what many programs change once would take them longer.
+    """
+    known: Any = prepared.get(kind)
+    if known is None or not is_machine_code(name):
+        return False
+    key = argument, *places
+    if key in known:
+        return True
+    known[key] = True
+    return False
+
+
+def forget_write(
+    name: str, argument: str, prepared: Mapping[str, Any], kind: str, places: tuple[int, ...]
+) -> None:
+    """Let the function of an argument do again what it changes; see `prepare_write`."""
+    if places[0] in prepared[kind]:
+        prepare_write(name, argument, prepared, kind, places, None)
 
 
 def replace_lines() -> None:
@@ -133,6 +184,14 @@ def replace_lines() -> None:
     defaults: Any = function.__defaults__
     replace("addUserDebugLine", LINE, LineState(function, *defaults[2:4]))
     replace("removeUserDebugItem", REMOVAL, RemovalState(COMMANDS["removeUserDebugItem"].function))
+
+
+def replace_filters() -> None:
+    """Replace setCollisionFilterGroupMask."""
+    from roboyard.pybullet.fast.filter_entries import FILTER, FilterState
+
+    name = "setCollisionFilterGroupMask"
+    replace(name, FILTER, FilterState(COMMANDS[name].function))
 
 
 def replace_user_data() -> None:

@@ -4,6 +4,9 @@ Most calls of such a command give one or two of two dozen arguments. A call with
 plain number of at least 0 nor a list or tuple of plain numbers, as its function takes, or that has no
 function, goes to the Python function of the command; see `fast_entries`. An argument that is as it was,
 which scripts often repeat, calls nothing where the state names the attribute that holds it.
+
+A function may prepare a `Write` of its argument: from then on the machine code does what the function would,
+until rows of MuJoCo's arrays change (`Engine.prepared`).
 """
 
 from __future__ import annotations
@@ -14,6 +17,36 @@ from typing import Any, NamedTuple
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
+
+
+class Write(NamedTuple):
+    """The effect of a value of one argument; the machine code has the same order.
+
+    Numbers are sums of the value's one or three numbers and 1, each with a factor.
+    """
+
+    owner: Any
+    name: str
+    """Attribute of the owner that is the value, a float or a tuple of three."""
+    factors: Any
+    """(n, 4) factors of the value's numbers, of which a single one has two zeros beside, and of 1."""
+    targets: tuple[Any, ...]
+    """Views (k,) of float64 that take numbers."""
+    places: tuple[Any, ...]
+    """(k,) which number each element of a target takes."""
+    least: float = -1.0
+    """Values that are not larger go to the function."""
+    other: Any = None
+    other_name: str = ""
+    """Attribute of another object that is the last three numbers."""
+    marked: Any = None
+    marks: tuple[str, ...] = ()
+    """Attributes of an object that become True."""
+    late: dict[Any, Any] | None = None
+    key: Any = None
+    worth: Any = None
+    """A key of a dictionary and its value from then on."""
+    true: bool = True
 
 
 class Properties(NamedTuple):
@@ -36,12 +69,16 @@ class Properties(NamedTuple):
     whole: int = 0
     number: float = 0.0
     listed: list[Any] = []  # noqa: RUF012 - of which the type is read
+    prepared: dict[Any, Any] | None = None
+    """By client and first arguments: for each optional argument a `Write` or None."""
 
 
 _SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
-NONE, WHOLE, NUMBER, LISTED = range(11, 15)
+NONE, WHOLE, NUMBER, LISTED, PREPARED = range(11, 16)
+OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
+MARKED, MARKS, LATE, KEY, WORTH, TRUE = range(11, 17)
 {parts(PLAIN, ATTRIBUTE, FOUND)}
 @part
 def number_of(state, values, place):
@@ -107,6 +144,78 @@ def is_present(state, record, at, value, length):
             return False
     return True
 
+@part
+def write_of(state, given, first, at):
+    writes = word(state, PREPARED)
+    if writes == word(state, NONE):
+        return 0
+    for place in range(first):
+        writes = found(writes, given[place])
+        if writes == 0:
+            return 0
+    write = word(word(writes, ITEMS), at - ITEMS)  # of a list
+    return 0 if write == word(state, NONE) else write
+
+@part
+def output(factors, row, x, y, z):
+    return factors[row, 0] * x + factors[row, 1] * y + factors[row, 2] * z + factors[row, 3]
+
+@part
+def triple(x, y, z):
+    made = PyTuple_New(3)
+    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
+    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
+    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
+    return made
+
+@part
+def is_written(state, write, value, length):
+    x, y, z = plain(state, value), 0.0, 0.0
+    if length > 0:
+        x, y, z = number_of(state, value, 0), number_of(state, value, 1), number_of(state, value, 2)
+    if length == 0 and not x > PyFloat_AsDouble(word(write, LEAST)):
+        return False
+    factors, targets = matrix(word(write, FACTORS)), word(write, TARGETS)
+    for t in range(word(targets, SIZE)):
+        target, places = numbers(word(targets, ITEMS + t)), integers(word(word(write, PLACES), ITEMS + t))
+        for k in range(len(places)):
+            target[k] = output(factors, places[k], x, y, z)
+    made = PyFloat_FromDouble(x) if length == 0 else triple(x, y, z)
+    PyObject_SetAttr(word(write, OWNER), word(write, NAME), made)
+    if word(write, OTHER) != word(state, NONE):
+        row = len(factors) - 3
+        a, b = output(factors, row, x, y, z), output(factors, row + 1, x, y, z)
+        c = output(factors, row + 2, x, y, z)
+        if length == 0 or a != x or b != y or c != z:
+            Py_DecRef(made)
+            made = triple(a, b, c)
+        PyObject_SetAttr(word(write, OTHER), word(write, OTHER_NAME), made)
+    Py_DecRef(made)
+    marks = word(write, MARKS)
+    for k in range(word(marks, SIZE)):
+        PyObject_SetAttr(word(write, MARKED), word(marks, ITEMS + k), word(write, TRUE))
+    if word(write, LATE) != word(state, NONE):
+        PyDict_SetItem(word(write, LATE), word(write, KEY), word(write, WORTH))
+    return True
+
+@part
+def is_done(state, given, first, at, record, value, length):
+    if record != 0 and is_present(state, record, at, value, length):
+        return True
+    if length > 3 or (record == 0 and word(state, RECORDS) != word(state, NONE)):
+        return False
+    write = write_of(state, given, first, at)
+    if write == 0:
+        return False
+    if length == 0:
+        present = attribute(word(write, OWNER), word(write, NAME))
+        if present != 0 and PyFloat_AsDouble(present) == plain(state, value):
+            return True
+    Py_IncRef(write)
+    done = is_written(state, write, value, length)
+    Py_DecRef(write)
+    return done
+
 def entry(state, given, count, keywords):
     first = PyLong_AsLongLong(word(state, FIRST))
     fits = keywords == 0 and first < count <= first + word(word(state, CHANGES), SIZE)
@@ -121,7 +230,7 @@ def entry(state, given, count, keywords):
         if given[place] != word(word(state, DEFAULTS), at):
             value = given[place]
             length = PyLong_AsLongLong(word(word(state, LENGTHS), at))
-            if record != 0 and is_present(state, record, at, value, length):
+            if is_done(state, given, first, at, record, value, length):
                 continue
             if length > 0:
                 made = PyTuple_New(length)

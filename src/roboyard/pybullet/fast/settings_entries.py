@@ -120,7 +120,7 @@ def store(state, kind, step, owner, table, given, place):
     if kind == {WHOLE}:
         PyObject_SetAttr(owner, name, value)
     elif kind == {NUMBER} or kind == {SHORT}:
-        found = PyFloat_AsDouble(value)
+        found = plain(state, value)
         made = PyFloat_FromDouble(short(found) if kind == {SHORT} else found)
         PyObject_SetAttr(owner, name, made)
         Py_DecRef(made)
@@ -130,7 +130,7 @@ def store(state, kind, step, owner, table, given, place):
         PyDict_SetItem(table, value, given[place + 1])
     elif kind == {TRIPLE}:
         x, y, z = given[place], given[place + 1], given[place + 2]
-        set_triple(owner, name, PyFloat_AsDouble(x), PyFloat_AsDouble(y), PyFloat_AsDouble(z))
+        set_triple(owner, name, plain(state, x), plain(state, y), plain(state, z))
     elif kind == {PLACE}:
         x, y, z = coordinate(state, value, 0), coordinate(state, value, 1), coordinate(state, value, 2)
         set_triple(owner, name, short(x), short(y), short(z))

@@ -46,6 +46,9 @@ HIDDEN_JOINT = -1
 LinkReader = Callable[[int, object], tuple[Any, ...]]
 """`read(link, with_velocity)`: the fields of getLinkState."""
 
+MovedLinkReader = Callable[[int], tuple[Any, ...]]
+"""`read(link)`: the first fields of getLinkState."""
+
 
 LinkPusher = Callable[..., bool]
 """`push(link, local, (fx, fy, ..., pz))`: whether the numbers are finite; see `push_link`."""
@@ -205,6 +208,7 @@ class BodyRecord:
         """Quaternion of the inertial frame of a fixed base and its (3, 3) rotation, once it was asked for."""
         self.revision = -1
         self.link_reader: LinkReader | None = None
+        self.moved_link_reader: MovedLinkReader | None = None
         """Reads a link's state; created on first use."""
         self.link_pusher: LinkPusher | None = None
         """Pushes a link; created on first use."""
@@ -288,7 +292,7 @@ class BodyRecord:
         self.joint_groups.clear()
         self.link_groups.clear()
         self.chain_places = None
-        self.link_reader = self.link_pusher = self.link_boxes = self.geoms = None
+        self.link_reader = self.moved_link_reader = self.link_pusher = self.link_boxes = self.geoms = None
         self._layout = self._tree = None
         self._has_tree = True
         self.rows = [int(row) for row in body.mujoco_ids]

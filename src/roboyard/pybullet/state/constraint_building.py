@@ -131,6 +131,11 @@ def child_frame(scene: ConstraintScene, record: ConstraintRecord) -> tuple[Vecto
     return _in_link_frame(scene, record.child, record.child_position, record.child_orientation)
 
 
+def place_in_child(scene: ConstraintScene, record: ConstraintRecord, position: Vector3) -> Vector3:
+    """Return the (3,) place (m) in the child's link frame, or the world, of one in its inertial frame."""
+    return _in_link_frame(scene, record.child, position, record.child_orientation)[0]
+
+
 def _in_link_frame(
     scene: ConstraintScene, place: tuple[int, int], position: Vector3, orientation: Quaternion
 ) -> tuple[Vector3, Quaternion]:

@@ -27,7 +27,7 @@ def touching(scene: Any) -> Iterable[Contact]:
     else:
         found = _touching(scene)
     if last.filtered:
-        return [row for row in found if last.filtered.isdisjoint(row[0])]
+        return [row for row in found if last.filtered.keys().isdisjoint(row[0])]
     return found
 
 
@@ -101,7 +101,7 @@ class LastStep:
         self._scene = scene
         self.contacts: list[Contact] | None = None
         """Kept contacts; None where MuJoCo's arrays have them."""
-        self.filtered: set[Place] = set()
+        self.filtered: dict[Place, None] = {}
         """Links whose contacts are forgotten: a new filter lets Bullet find their pairs again in the next
         step."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from os.path import isfile, islink
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,24 +16,26 @@ _PREFIXES = tuple(map(Path, (".", "data", "../data", "../../data", "../../../dat
 class SearchPath:
     """The folder of setAdditionalSearchPath; like Bullet's, it is one for all clients of the process."""
 
-    __slots__ = ("folder",)
+    __slots__ = ("folder", "given")
 
     def __init__(self) -> None:
         """Search nowhere besides."""
         self.folder: Path | None = None
+        self.given: str | None = None
+        """The text that a script gave for it."""
 
 
 OF_PROCESS = SearchPath()
 
 
 @lru_cache(maxsize=256)
-def _candidates(search_path: Path | None, name: str) -> tuple[Path, ...]:
+def _candidates(search_path: Path | None, name: str) -> tuple[tuple[str, Path], ...]:
     """Return where a file is looked for, in order, kept: to put paths together takes longer than to look."""
     found: list[Path] = []
     for given in (Path(name), *([Path(f"{search_path}/{name}")] if search_path else [])):
         relative = given.relative_to(given.anchor)
         found += [given, *(folder / relative for folder in _PREFIXES)]
-    return tuple(found)
+    return tuple((str(file), file) for file in found)
 
 
 def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = None) -> Path | None:
@@ -40,16 +43,16 @@ def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = N
 
     Searched in order: the working directory, the data folders nearby, then the same with the search path in
     front of the name. Like Bullet, which puts these folders in front of any name, also of an absolute one
-    that does not exist.
+    that does not exist. Of a link it is the file that this leads to, beside which its meshes are.
 
     Args:
         search_path: folder of setAdditionalSearchPath.
         name: file name as the script gives it.
         mounts: mounts of the fileIOPlugin, searched last.
     """
-    for file in _candidates(search_path, name):
-        if is_file(file):
-            return _original(file.absolute())
+    for place, file in _candidates(search_path, name):
+        if isfile(place):  # noqa: PTH113 - three times as fast as that of the path
+            return file.resolve() if islink(place) else file.absolute()  # noqa: PTH114
     if mounts is None:
         return None
     return mounts.find(name) or (mounts.find(str(search_path / name)) if search_path else None)
@@ -61,11 +64,6 @@ def is_file(path: Path) -> bool:
         return path.is_file()
     except (OSError, ValueError):
         return False
-
-
-def _original(file: Path) -> Path:
-    """Return the file that a link leads to, whose meshes are beside it and not beside the link."""
-    return file.resolve() if file.is_symlink() else file
 
 
 def not_found_remedy(search_path: Path | None, name: str) -> str:

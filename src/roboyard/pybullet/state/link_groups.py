@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from roboyard.pybullet.face.arguments import Vector3
-    from roboyard.pybullet.state.body_records import BodyRecord, LinkPusher, LinkReader
+    from roboyard.pybullet.state.body_records import BodyRecord, LinkPusher, LinkReader, MovedLinkReader
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.world import World
     from roboyard.transforms import Array
@@ -49,6 +49,33 @@ def link_reader(world: World, record: BodyRecord) -> LinkReader:
         return v[:3], v[3:7], centre, turn, v[7:10], v[10:14], v[14:17], v[17:]
 
     record.link_reader = read
+    return read
+
+
+def moved_link_reader(world: World, record: BodyRecord) -> MovedLinkReader:
+    """Return `read(link)` of a body's links at the positions in qpos; it leaves other frames as they are."""
+    from roboyard.pybullet.bullet_rules import chain_kernels
+
+    model, data, rows = world.live_model, world.live_data, record.rows
+    chain = chain_kernels.CHAIN.of(
+        chain_kernels.Chain(
+            *(model.body_parentid, model.body_jntnum, model.body_jntadr, model.jnt_type, model.jnt_qposadr),
+            *(model.jnt_axis, model.jnt_pos, model.body_pos, model.body_quat, model.qpos0, data.qpos),
+            *(np.zeros(model.nbody, np.int64), np.zeros((1, 3)), np.zeros((1, 4))),
+        )
+    )
+    frames, found = _inertial_frames(record), np.zeros(14)
+    local = [(link.frame.position, link.frame.quaternion) for link in record.links]
+    write = chain_kernels.write_pose_of_chain
+
+    def read(link: int) -> State:
+        place = link + 1
+        centre, turn = local[place]
+        write(chain, frames, rows[place], place, found)
+        v = tuple(found.tolist())
+        return v[:3], v[3:7], centre, turn, v[7:10], v[10:14]
+
+    record.moved_link_reader = read
     return read
 
 

@@ -7,6 +7,7 @@ MuJoCo's contype and conaffinity; Bullet's own default requires both.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -28,7 +29,12 @@ class PairFilters:
     def __init__(self, world: World, bodies: Mapping[int, BodyRecord]) -> None:
         """Start without filters for the bodies (by id) of a world."""
         self._world, self._bodies = world, bodies
-        self._groups: dict[Place, tuple[int, int]] = {}
+        self.groups: dict[Place, tuple[int, int]] = {}
+        """Group and mask of links for which scripts gave them."""
+        self.alone: int | None = None
+        """The body of all links in `groups`, if these are of one, whose own links do not touch."""
+        self._filtered: set[int] = set()
+        """Bodies of which any link has a group."""
         self._pairs: dict[tuple[Place, Place], bool] = {}
         self._self_colliding: set[int] = set()
         """Bodies whose own links may touch one another."""
@@ -39,7 +45,7 @@ class PairFilters:
 
     def group_of(self, body: int, link: int) -> int:
         """Return the filter group of a link: the script's, else 2 for a fixed base and 1 for other links."""
-        given = self._groups.get((body, link))
+        given = self.groups.get((body, link))
         if given is not None:
             return given[0]
         return STATIC_GROUP if self._is_static(body, link) else DEFAULT_GROUP
@@ -50,28 +56,35 @@ class PairFilters:
 
     def shows_all(self, mask: int) -> bool:
         """Return whether the groups of all links share a bit with a mask."""
-        return mask == -1 and not self._groups
+        return mask == -1 and not self.groups
 
     def outside(self, mask: int, places: Iterable[Place]) -> set[Place]:
         """Return those of some links whose groups share no bit with a mask; body -1 is none."""
-        if mask == -1 and not self._groups:
+        if mask == -1 and not self.groups:
             return set()
         return {place for place in {*places} if place[0] >= 0 and not self.group_of(*place) & mask}
 
     def set_group(self, place: Place, group: int, mask: int) -> None:
         """Set the filter group and mask of a link, and update its pairs with all other links."""
-        old, new = self._groups.get(place), (group, mask)
+        groups = self.groups
+        old, new = groups.get(place), (group, mask)
         if old == new:
             return
-        self._groups[place] = new
-        # links without a filter of their own, of which there may be many
-        moving = old is not None and _collide(old, _MOVING) == _collide(new, _MOVING)
-        static = old is not None and _collide(old, _STATIC) == _collide(new, _STATIC)
-        filtered = {body for body, _ in self._groups} if moving else set()
-        for body, record in self._bodies.items():
-            if moving and body not in filtered and (static or not record.model.fixed_base):
+        groups[place] = new
+        number, bodies, filtered = place[0], self._bodies, self._filtered
+        if number not in filtered:
+            filtered.add(number)
+            self._find_alone()
+        moving = static = False
+        if old is not None:  # links without a filter of their own, of which there may be many
+            old_moving, old_static = _collides(old)
+            moving, static = _collides(new)
+            moving, static = moving == old_moving, static == old_static
+        for body in filtered if moving and static else bodies:
+            if body == number and body not in self._self_colliding:
                 continue
-            if body != place[0] or body in self._self_colliding:
+            record = bodies[body]
+            if not moving or body in filtered or record.model.fixed_base:
                 self._apply_to(place, record)
 
     def set_pair(self, a: Place, b: Place, collide: bool) -> None:
@@ -90,9 +103,10 @@ class PairFilters:
         """
         if self_collision:
             self._self_colliding.add(record.number)
+            self._find_alone()
             self._exclude_ancestors(record, only_parents=not excludes_ancestors)
         self._exclude_static(record)
-        for place in self._groups:
+        for place in self.groups:
             self._apply_to(place, record)
 
     def _exclude_ancestors(self, record: BodyRecord, *, only_parents: bool) -> None:
@@ -137,8 +151,14 @@ class PairFilters:
         self._never = {pair for pair in self._never if body not in (pair[0][0], pair[1][0])}
         self._taken_for_static = {place for place in self._taken_for_static if place[0] != body}
         self._self_colliding.discard(body)
-        self._groups = {place: given for place, given in self._groups.items() if place[0] != body}
+        self.groups = {place: given for place, given in self.groups.items() if place[0] != body}
+        self._filtered.discard(body)
+        self._find_alone()
         self._pairs = {pair: on for pair, on in self._pairs.items() if body not in (pair[0][0], pair[1][0])}
+
+    def _find_alone(self) -> None:
+        one = next(iter(self._filtered)) if len(self._filtered) == 1 else None
+        self.alone = None if one in self._self_colliding else one
 
     def _apply_to(self, place: Place, record: BodyRecord) -> None:
         """Apply the filters of a link to its pairs with all links of a body, of which there may be many."""
@@ -162,7 +182,7 @@ class PairFilters:
             filters.set_all(changed)
 
     def _mask_of(self, body: int, link: int) -> int:
-        given = self._groups.get((body, link))
+        given = self.groups.get((body, link))
         if given is not None:
             return given[1]
         return ~STATIC_GROUP if self._is_static(body, link) else -1
@@ -186,6 +206,12 @@ class PairFilters:
 def _collide(one: tuple[int, int], other: tuple[int, int]) -> bool:
     """Return whether two groups with masks let their links collide."""
     return bool(one[0] & other[1] or other[0] & one[1])
+
+
+@lru_cache(1024)
+def _collides(given: tuple[int, int]) -> tuple[bool, bool]:
+    """Return whether a group with its mask collides with moving links, and with fixed bases, without ones."""
+    return _collide(given, _MOVING), _collide(given, _STATIC)
 
 
 def taken_for_static(model: BodyModel) -> list[int]:

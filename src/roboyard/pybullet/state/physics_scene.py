@@ -115,6 +115,8 @@ class PhysicsScene:
         self.world.before_edit = self.last_step.keep
         self.frames_are_old = True
         """Whether positions were written since the link frames were computed (steps keep old frames)."""
+        self.single_reads = 0
+        """Reads of single links since the frames of all were computed."""
         self.frames_revision = self.motor_revision = -1
         """Revision of the World when frames were last computed, and when it last stepped."""
         self._motor_forces: Any = None
@@ -571,7 +573,8 @@ class PhysicsScene:
         """Return MjData with link frames: of the last step or, with `fresh`, current ones."""
         world = self.world
         if fresh or self.frames_are_old or world.is_stale or self.frames_revision != world.revision:
-            data = world.kinematics()
+            data = world.link_frames(keeps_last=False)
+            self.single_reads = 0
             world.kept_frames = None
             self.frames_are_old = False
             self.frames_revision = world.revision

@@ -74,7 +74,7 @@ class Drives:
         """Replace the effort limit of the file (N m or N)."""
         actuator = self._actuator(joint)
         actuator.forcerange = [-effort, effort]
-        if not self._world.is_stale:
+        if self._world.takes_numbers():
             self._world.live_model.actuator_forcerange[actuator.id] = (-effort, effort)
 
     def effort_limit(self, joint: Joint) -> float:

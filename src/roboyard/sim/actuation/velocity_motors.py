@@ -216,7 +216,7 @@ class VelocityMotors:
     def bounds_changed(self, body: LinkBody, rows: slice) -> None:
         """Copy force bounds that were written to some of a body's rows to MuJoCo."""
         world = self._world
-        if self._gathered and not world.is_stale:
+        if self._gathered and world.takes_numbers():
             first = body.first_dof
             here = slice(first + rows.start, first + rows.stop)
             model = world.live_model

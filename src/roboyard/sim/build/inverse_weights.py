@@ -8,9 +8,8 @@ of stiffness 1e15, on which the solver diverges.
 
 from __future__ import annotations
 
-import numpy as np
-
 from roboyard._mujoco import mujoco
+from roboyard.native import compiled
 
 SHARE = 0.1
 """Least inverse weight, as a share of the one at the link's smallest radius of gyration."""
@@ -22,6 +21,16 @@ def bound_inverse_weights(model: mujoco.MjModel) -> None:
     The bound is `SHARE` times inverse inertia times the square of the smallest radius of gyration. A free
     body of any shape is at least ten times above it.
     """
-    mass, weights = model.body_mass, model.body_invweight0
-    radius = np.divide(model.body_inertia.min(axis=1), mass, out=np.zeros_like(mass), where=mass > 0.0)
-    weights[:, 0] = np.maximum(weights[:, 0], SHARE * weights[:, 1] * radius)
+    raise_weights(model.body_mass, model.body_inertia, model.body_invweight0, SHARE)
+
+
+@compiled("f8[:] f8[:,:] f8[:,:] f8")
+def raise_weights(mass, inertia, weights, share):  # pragma: no cover
+    """Raise the first of each body's two weights to a share of the second times inertia over mass.
+
+    mass: (n,) kg. inertia: (n, 3) kg m². weights: (n, 2) 1/kg and 1/(kg m²).
+    """
+    for k in range(len(mass)):
+        if mass[k] > 0.0:
+            least = min(inertia[k, 0], inertia[k, 1], inertia[k, 2])
+            weights[k, 0] = max(weights[k, 0], share * weights[k, 1] * (least / mass[k]))

@@ -162,7 +162,7 @@ class SoftBody:
         if not 0.0 <= value < np.inf:
             raise RoboyardError(f"soft body {self.body.name!r}: friction must be at least 0, got {value}")
         self._built.flex.friction[0] = value
-        if not self._world.is_stale:
+        if self._world.takes_numbers():
             self._world.live_model.flex_friction[self.flex, 0] = value
 
     def set_mass(self, mass: float) -> None:

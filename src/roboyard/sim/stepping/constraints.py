@@ -55,8 +55,12 @@ class Constraint:
     site_b: Any = None
     is_in_place: bool = False
     """Whether the spec has its frames on their links."""
-    frames: tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike] | None = None
-    """Position and orientation in each link; None for a gear."""
+    position_a: ArrayLike | None = None
+    """Position of the frame in the first link (m); None for a gear."""
+    orientation_a: ArrayLike = (0.0, 0.0, 0.0, 1.0)
+    position_b: ArrayLike = (0.0, 0.0, 0.0)
+    """Position of the frame in the second link (m)."""
+    orientation_b: ArrayLike = (0.0, 0.0, 0.0, 1.0)
     rows: tuple[int, int] = (-1, -1)
     """Rows of its frames in MuJoCo's arrays; -1 for a gear."""
     first_row: int = 0
@@ -70,6 +74,11 @@ class Constraint:
     """The tendon of a gear with a third joint."""
     share: float = 1.0
     """Share of the profile's error reduction, where rows are solved in turn; 0 holds velocities alone."""
+
+    @property
+    def has_frames(self) -> bool:
+        """Whether it is no gear."""
+        return self.position_a is not None
 
 
 Elements = tuple[Any, Any, Any]
@@ -264,10 +273,10 @@ class Constraints:
             kind=kind,
             link_a=link_a,
             link_b=link_b,
-            frames=(
-                *(_position("position_a", position_a), _orientation(orientation_a)),
-                *(_position("position_b", position_b), _orientation(orientation_b)),
-            ),
+            position_a=_position("position_a", position_a),
+            orientation_a=_orientation(orientation_a),
+            position_b=_position("position_b", position_b),
+            orientation_b=_orientation(orientation_b),
         )
         _check_force(max_force)
         world = self._world
@@ -307,7 +316,7 @@ class Constraints:
         self.enter_new()
         self.delete_inactive()
         world, spec = self._world, self._world.raw_spec
-        moved = [c for c in self._by_id.values() if c.frames is not None and not c.is_in_place]
+        moved = [c for c in self._by_id.values() if c.has_frames and not c.is_in_place]
         for constraint in moved:
             _delete(spec, (constraint.element, constraint.site_a, constraint.site_b))
         for constraint in moved:
@@ -316,7 +325,7 @@ class Constraints:
             self._add(constraint, constraint.link_a._built.element, parent_b)
             constraint.is_in_place = True
         for constraint in self._by_id.values():
-            if constraint.frames is not None:
+            if constraint.has_frames:
                 _place(constraint)
         if moved:
             world.mark_stale()
@@ -387,14 +396,12 @@ class Constraints:
 
     def _write(self, constraint: Constraint, model: Any, data: Any) -> None:
         """Write the frames of a constraint into MuJoCo's arrays, and that it is active."""
-        assert constraint.frames is not None
         link_b, number = constraint.link_b, constraint.element.id
         rows = constraint.rows = constraint.site_a.id, constraint.site_b.id
         owners = constraint.link_a._built.element.id, 0 if link_b is None else link_b._built.element.id
-        position_a, orientation_a, position_b, orientation_b = constraint.frames
         for row, owner, position, orientation in (
-            (rows[0], owners[0], position_a, orientation_a),
-            (rows[1], owners[1], position_b, orientation_b),
+            (rows[0], owners[0], constraint.position_a, constraint.orientation_a),
+            (rows[1], owners[1], constraint.position_b, constraint.orientation_b),
         ):
             model.site_bodyid[row], model.site_sameframe[row] = owner, 0
             model.site_pos[row], model.site_quat[row] = position, to_wxyz(normalized(orientation))
@@ -435,17 +442,17 @@ class Constraints:
         Raises:
             RoboyardError: the constraint is a gear.
         """
-        frames = constraint.frames
-        if frames is None:
+        if not constraint.has_frames:
             raise RoboyardError(f"constraint {constraint.id} is a gear and has no frames")
         place = None if position is None else _position("a position", position)
         turn = None if orientation is None else _unit(orientation)
-        is_live = constraint.element is not None and not self._world.is_stale
-        a, b, c, d = frames
+        is_live = constraint.element is not None and self._world.takes_numbers()
         if side == "a":
-            constraint.frames = a if place is None else place, b if turn is None else turn, c, d
+            constraint.position_a = constraint.position_a if place is None else place
+            constraint.orientation_a = constraint.orientation_a if turn is None else turn
         else:
-            constraint.frames = a, b, c if place is None else place, d if turn is None else turn
+            constraint.position_b = constraint.position_b if place is None else place
+            constraint.orientation_b = constraint.orientation_b if turn is None else turn
         if not is_live:
             return
         row = constraint.rows[0 if side == "a" else 1]
@@ -472,7 +479,7 @@ class Constraints:
         data = np.zeros(len(constraint.element.data))
         data[:2] = offset, 0.0 if constraint.tendon is not None else -ratio
         constraint.element.data = data
-        if not self._world.is_stale:
+        if self._world.takes_numbers():
             self._world.live_model.eq_data[constraint.element.id, :2] = data[:2]
 
     def set_max_force(self, constraint: Constraint, max_force: float) -> None:
@@ -499,9 +506,9 @@ class Constraints:
         del self._by_id[constraint.id]
         self._bounds = None
         elements = constraint.element, constraint.site_a, constraint.site_b
-        if constraint.frames is not None and not constraint.is_in_place:
+        if constraint.has_frames and not constraint.is_in_place:
             self._inactive[constraint.kind == "point"].append(elements)
-            if not world.is_stale:
+            if world.takes_numbers():
                 model, number = world.live_model, constraint.element.id
                 world.live_data.eq_active[number] = model.eq_active0[number] = False
                 self._changed()
@@ -518,8 +525,8 @@ class Constraints:
         world = self._world
         self._new.remove(constraint)
         del self._by_id[constraint.id]
-        if not self._new and world.edits == self._edits:
-            world.is_stale = False
+        if not self._new:
+            world.forgo_compile(self._edits)
         world.refresh_stepping()
 
     def forget(self, body_id: int) -> None:
@@ -536,7 +543,7 @@ class Constraints:
         model, data = self._world.live_model, self._world.live_data
         self._positions, self._quaternions = model.site_pos.data, model.site_quat.data
         for constraint in self._by_id.values():
-            if constraint.frames is not None and constraint.element is not None:
+            if constraint.has_frames and constraint.element is not None:
                 self._write(constraint, model, data)
         self._write_inactive(data.eq_active)
 
@@ -724,10 +731,9 @@ def _delete(spec: Any, elements: Elements) -> None:
 
 def _place(constraint: Constraint) -> None:
     """Write the frames of a constraint into the spec."""
-    assert constraint.frames is not None
-    a, b, c, d = constraint.frames
-    constraint.site_a.pos, constraint.site_a.quat = a, to_wxyz(normalized(b))
-    constraint.site_b.pos, constraint.site_b.quat = c, to_wxyz(normalized(d))
+    a, b = constraint.site_a, constraint.site_b
+    a.pos, a.quat = constraint.position_a, to_wxyz(normalized(constraint.orientation_a))
+    b.pos, b.quat = constraint.position_b, to_wxyz(normalized(constraint.orientation_b))
 
 
 def _stiffen(element: Any) -> None:

@@ -64,9 +64,13 @@ class SequentialMotors:
         self._width = 0
         """Most degrees of freedom that a row moves."""
         self._bundle: Any = None
+        self._last_bundle: Any = None
+        """The last one, also where it is out of date."""
         """All of these as one argument of compiled loops; None where one is another now."""
         self._parts: list[BodyParts] | None = None
         """Limits and motors of each body; None where bodies came or went."""
+        self._known_parts: tuple[Any, bytes, dict[int, BodyParts]] = None, b"", {}
+        """An MjModel, which of its joints have limits, and by id the parts of bodies in it."""
         self._is_ordered = False
         """Whether the order of solution has all constraints."""
         self._known: tuple[Any, ...] = ()
@@ -213,9 +217,10 @@ class SequentialMotors:
             or bundle.records[2] is not found.search
             or bundle.records[5] is not self._manifolds.points
         ):
-            bundle = self._bundle = r.EVERYTHING.of(
+            bundle = self._bundle = self._last_bundle = r.EVERYTHING.of(
                 *(found.rows, found.contacts, found.search, self._mechanism, self._state),
                 *(self._manifolds.points, self._surface, self._solver),
+                before=self._last_bundle,
             )
         return bundle
 
@@ -298,7 +303,14 @@ class SequentialMotors:
         places = 0
         if self._parts is None:
             model = self._world.live_model
-            self._parts = [parts_of(body, model) for body in self._world.body_by_id.values()]
+            state = model, model.jnt_limited.tobytes()
+            if self._known_parts[0] is not model or self._known_parts[1] != state[1]:
+                self._known_parts = (*state, {})
+            known = self._known_parts[2]
+            for key, body in self._world.body_by_id.items():
+                if key not in known:
+                    known[key] = parts_of(body, model)
+            self._parts = [known[key] for key in self._world.body_by_id]
         for index, kind in solution_order(self._parts, equalities, equality_tree):
             if kind == EQUALITY:
                 equality_slot[index] = places

@@ -146,7 +146,7 @@ class Surfaces:
         if not 0.0 <= value <= 1.0:
             raise RoboyardError(f"link {link.name!r}: restitution must be between 0 and 1, got {value}")
         self._restitution[(link.body.id, link.index)] = value
-        if self._restitution_rows is not None and not self._world.is_stale:
+        if self._restitution_rows is not None and self._world.takes_numbers():
             self._restitution_rows[[geom.id for geom in link._built.geoms]] = value
         self._world.refresh_stepping()
 
@@ -167,7 +167,7 @@ class Surfaces:
                 f"{damping}"
             )
         self._compliance[(link.body.id, link.index)] = stiffness, damping
-        if self._restitution_rows is not None and not self._world.is_stale:
+        if self._restitution_rows is not None and self._world.takes_numbers():
             self._compliance_rows[[geom.id for geom in link._built.geoms]] = stiffness, damping
         self._world.refresh_stepping()
 
@@ -180,7 +180,7 @@ class Surfaces:
         """
         key = (link.body.id, link.index)
         (self._anchored.add if is_anchored else self._anchored.discard)(key)
-        if self._restitution_rows is not None and not self._world.is_stale:
+        if self._restitution_rows is not None and self._world.takes_numbers():
             self.anchors[[geom.id for geom in link._built.geoms]] = is_anchored
         self._world.refresh_stepping()
 
@@ -216,7 +216,7 @@ class Surfaces:
         if not all(0.0 <= value < inf for value in values):
             raise RoboyardError(f"link {link.name!r}: damping must be at least 0, got {values}")
         self._damping[key] = values
-        if self._damping_rows is not None and not self._world.is_stale:
+        if self._damping_rows is not None and self._world.takes_numbers():
             self._damping_rows[link.body.mujoco_ids[link.index]] = values
         self._world.refresh_stepping()
 
