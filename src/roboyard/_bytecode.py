@@ -239,6 +239,14 @@ def _stored_modules(package: ModuleSpec | None) -> StoredModules | None:
 
 
 _modules = _stored_modules(sys.modules[__name__.partition(".")[0]].__spec__)
+registered = 1 if _modules else 0
+"""Functions registered here for the end of the process."""
+
+
+def close() -> None:
+    """Write what the process loaded, as at its end."""
+    if _modules is not None:
+        _modules.close()
 
 
 def code_of(text: str, file: str = "<string>") -> CodeType:
