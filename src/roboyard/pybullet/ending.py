@@ -45,7 +45,7 @@ def end_early(script: ModuleType) -> None:
     Args:
         script: the module whose code is the script's.
     """
-    if sys.implementation.name == "cpython" and atexit._ncallbacks() == _bytecode.registered:
+    if sys.implementation.name == "cpython" and atexit._ncallbacks() == 1:  # ours
         atexit.register(partial(_end, script))
 
 
