@@ -12,11 +12,12 @@ from __future__ import annotations
 import ctypes
 import struct
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from roboyard._mujoco import mujoco
+from roboyard._records import NamedTuple
 from roboyard.sim.stepping import step_row_kernels as kernels
 from roboyard.sim.stepping.impulses.records import Search
 from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
