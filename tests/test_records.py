@@ -9,6 +9,7 @@ import inspect
 import itertools
 import pickle
 import sys
+import typing
 from dataclasses import FrozenInstanceError, field
 from typing import Any, ClassVar
 
@@ -140,3 +141,68 @@ def test_no_method_is_compiled_before_it_is_used(monkeypatch: pytest.MonkeyPatch
     made.__init__  # noqa: B018
     assert compiled == [made]
     assert "roboyard._records" in sys.modules
+
+
+class Named(_records.NamedTuple):
+    """A named tuple."""
+
+    a: int
+    b: float = 2.0
+
+    def total(self) -> float:
+        return self.a + self.b
+
+
+class Plain(_records.NamedTuple):
+    c: list[int]
+
+
+def test_named_tuples_do_what_the_standard_librarys_do() -> None:
+    def observed(base: Any) -> list[Any]:
+        class Tuple(base):
+            """Text."""
+
+            a: int
+            b: float = 2.0
+
+            def total(self) -> float:
+                return self.a + self.b
+
+        class Bare(base):
+            c: int
+
+        one = Tuple(1)
+        seen: list[Any] = [one, repr(one), one.total(), Tuple.__mro__[1:], Tuple.__bases__, one._asdict()]
+        seen += [one._replace(b=5), Tuple._make([3, 4]), Tuple.__doc__, Bare.__doc__, Bare(7), Tuple._fields]
+        seen += [
+            Tuple._field_defaults,
+            Tuple.__match_args__,
+            sorted(vars(Tuple)),
+            list(inspect.signature(Tuple).parameters),
+        ]
+        seen += [typing.get_type_hints(Tuple), hash(one) == hash((1, 2.0)), hasattr(one, "__dict__"), one.b]
+        for call in (
+            lambda: Tuple(),
+            lambda: Tuple(1, 2, 3),
+            lambda: one._replace(unknown=1),
+            lambda: Tuple._make([1]),
+            lambda: setattr(one, "a", 4),
+        ):
+            try:
+                seen.append(call())
+            except Exception as problem:
+                seen.append((type(problem), str(problem)))
+        return seen
+
+    assert observed(_records.NamedTuple) == observed(typing.NamedTuple)
+
+
+def test_named_tuples_are_copied_and_pickled() -> None:
+    one = Named(3)
+    for other in (pickle.loads(pickle.dumps(one)), copy.copy(one), copy.deepcopy(one)):
+        assert (other, type(other), other.total()) == (one, Named, 5.0)
+    with pytest.raises(TypeError, match="follow a"):
+
+        class Wrong(_records.NamedTuple):
+            a: int = 1
+            b: int  # pyright: ignore[reportGeneralTypeIssues]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from roboyard._libraries import store_libraries
+
 
 def main() -> int:
     """Run the command line with the arguments of the process and return its exit code.
@@ -13,6 +15,7 @@ def main() -> int:
     """
     try:
         if _is_script(sys.argv[1:]):  # most programs are short: the command line's own modules take longer
+            store_libraries()
             from roboyard.pybullet.running import run_script
 
             return run_script(sys.argv[2], sys.argv[3:])

@@ -22,6 +22,7 @@ from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from importlib.util import MAGIC_NUMBER
 from mmap import ACCESS_READ, mmap
 from types import CodeType, ModuleType
+from typing import Any
 from zlib import crc32
 
 _HEAD = b"roboyard 1 " + MAGIC_NUMBER + bytes([sys.flags.optimize])
@@ -33,17 +34,23 @@ _FIRST = len(_HEAD) + 2 * _NUMBER
 _CACHED_AS = "" if sys.flags.optimize or sys.pycache_prefix else f".{sys.implementation.cache_tag}.pyc"
 """How the names of Python's own files of bytecode end; an empty text where these are in other places."""
 _OTHERS_MAY_WRITE = 0o022
-_MANY = 16
+MANY = 16
 """Modules and texts beyond the file for which it is written again where Python stores bytecode itself."""
 
 
 class StoredModules:
     """The finder of a package's modules, which has the bytecode of those in the file."""
 
-    def __init__(self, package: ModuleSpec, root: str) -> None:
-        """Open the file, if there is one, of a package whose `__init__.py` is in the folder `root`."""
-        self.root = root
-        self.prefix = f"{package.name}."
+    def __init__(self, root: str, prefix: str, many: int) -> None:
+        """Open the file, if there is one, of the modules in a folder.
+
+        Args:
+            root: the package's folder.
+            prefix: start of the names of its modules, such as "numpy."; "" where the folder is no package.
+            many: modules and texts beyond the file for which it is written again.
+        """
+        self.root, self.prefix = root, prefix
+        self._base = os.path.dirname(root) if prefix else root
         tag = f"{sys.implementation.cache_tag}-{crc32(os.fsencode(root)):08x}"
         self.folder = os.path.join(user_cache(), "bytecode", tag)
         self.path = os.path.join(self.folder, f"modules-{sys.flags.optimize}")
@@ -55,8 +62,7 @@ class StoredModules:
         """Module that this process has loaded without the file to its place in `modules` and its code."""
         self.new_texts: dict[str, CodeType] = {}
         """Text that this process has compiled to its code."""
-        is_stored_by_python = package.cached is not None and os.path.exists(package.cached)
-        self.many = _MANY if is_stored_by_python and not sys.dont_write_bytecode else 1
+        self.many = many
         self.content = memoryview(b"")
         try:
             self._open()
@@ -85,10 +91,17 @@ class StoredModules:
         if not name.startswith(self.prefix):
             return None
         spec = self._from_file(name, path or ()) if name in self.modules else None
-        if spec is None:
-            spec = PathFinder.find_spec(name, path, target)
-            if spec is not None and type(spec.loader) is SourceFileLoader and spec.origin is not None:
-                spec.loader = StoredLoader(name, spec.origin, self)
+        return spec or self.with_loader(PathFinder.find_spec(name, path, target))
+
+    def with_loader(self, spec: ModuleSpec | None) -> ModuleSpec | None:
+        """Let a source file that Python found be loaded by its bytecode in the file, and else be noted."""
+        if spec is not None and type(spec.loader) is SourceFileLoader and spec.origin is not None:
+            is_package, time, size, *place = self.modules.get(spec.name, (False, 0, 0, 0, 0))
+            is_known = self._source(spec.name, is_package) == spec.origin and _is_as_it_was(
+                spec.origin, time, size
+            )
+            part = self.content[slice(*place)] if is_known else None
+            spec.loader = StoredLoader(spec.name, spec.origin, self, part)
         return spec
 
     def _from_file(self, name: str, path: Sequence[str]) -> ModuleSpec | None:
@@ -110,7 +123,7 @@ class StoredModules:
         return spec
 
     def _source(self, name: str, is_package: bool) -> str:
-        stem = self.root + os.sep + name[len(self.prefix) :].replace(".", os.sep)
+        stem = self._base + os.sep + name.replace(".", os.sep)
         return f"{stem}{os.sep}__init__.py" if is_package else f"{stem}.py"
 
     def code_of(self, text: str, file: str) -> CodeType:
@@ -227,17 +240,37 @@ def user_cache() -> str:
     return os.path.join(named or os.path.expanduser("~/.cache"), "roboyard")
 
 
+def insert_finder(finder: Any) -> None:
+    """Let a finder be asked before Python's own of files."""
+    place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
+    sys.meta_path.insert(place, finder)
+
+
+def many_for(spec: ModuleSpec) -> int:
+    """Return for how many modules a file is written, by whether Python has stored the bytecode of one."""
+    return MANY if spec.cached is not None and os.path.exists(spec.cached) else 1
+
+
 def _stored_modules(package: ModuleSpec | None) -> StoredModules | None:
     """Return the finder, in use from now on, of a package of source files; None for other packages."""
     if package is None or package.origin is None or type(package.loader) is not SourceFileLoader:
         return None
-    finder = StoredModules(package, os.path.dirname(package.origin))
-    place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
-    sys.meta_path.insert(place, finder)
-    atexit.register(finder.close)
+    many = 1 if sys.dont_write_bytecode else many_for(package)
+    finder = StoredModules(os.path.dirname(package.origin), f"{package.name}.", many)
+    insert_finder(finder)
+    stores.append(finder)
     return finder
 
 
+@atexit.register
+def close() -> None:
+    """Write what the process loaded without the files."""
+    while stores:
+        stores.pop().close()
+
+
+stores: list[StoredModules] = []
+"""Files that are written at the end of the process."""
 _modules = _stored_modules(sys.modules[__name__.partition(".")[0]].__spec__)
 
 

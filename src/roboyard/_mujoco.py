@@ -92,8 +92,7 @@ def _loaded() -> Any:
     """Return `mujoco` as the program imported it, or its parts, or the package where they are not known."""
     if "mujoco" in sys.modules:
         return sys.modules["mujoco"]
-    place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
-    sys.meta_path.insert(place, _finder)
+    sys.meta_path.insert(0, _finder)
     _finder.parts_alone = True
     try:
         module = import_module("mujoco")

@@ -1,4 +1,4 @@
-"""`dataclass` for modules that every program loads: the standard library's, with methods that are made fast.
+"""`dataclass` and `NamedTuple` for modules that every program loads: the library's, with methods made fast.
 
 The standard library writes and compiles the source of each method of each class, 0.3 ms a class. Here methods
 but `__init__` are closures over the names of the fields, and `__init__` is compiled when it is first used, or
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from abc import update_abstractmethods
+from collections import _tuplegetter  # pyright: ignore[reportAttributeAccessIssue]
 from collections.abc import Callable, Iterator
 from functools import cache
 from operator import attrgetter
@@ -281,9 +282,89 @@ def _assignment(field: Field[Any], cls: Any, values: dict[str, Any]) -> Iterator
     yield f"_set(self, {name!r}, {value})" if is_frozen else f"self.{name} = {value}"
 
 
+class _TupleClass(type):
+    """Makes classes of named tuples; a direct base of theirs is only `tuple`, as of the library's."""
+
+    def __new__(metacls, name: str, bases: tuple[type, ...], body: dict[str, Any]) -> Any:
+        fields = tuple(map(sys.intern, body["__annotations__"]))
+        defaults = {field: body[field] for field in fields if field in body}
+        if tuple(defaults) != fields[len(fields) - len(defaults) :]:
+            raise TypeError(f"{name}: fields without a default follow {', '.join(defaults)}, which have one")
+        listed = ", ".join(fields) + ("," if len(fields) == 1 else "")  # as the library has it
+        text = f"def __new__(_cls, {listed}):\n return _tuple_new(_cls, ({listed}))"
+        values: dict[str, Any] = {
+            "_tuple_new": tuple.__new__,
+            "__builtins__": {},
+            "__name__": f"namedtuple_{name}",
+        }
+        exec(code_of(text), values)  # noqa: S102 - names of our own fields
+        new = values["__new__"]
+        new.__defaults__ = tuple(defaults.values()) or None
+        new.__qualname__ = f"{name}.__new__"
+        new.__annotations__ = body["__annotations__"]
+        made: dict[str, Any] = {
+            "__doc__": f"{name}({listed})",
+            "__slots__": (),
+            "_fields": fields,
+            "_field_defaults": defaults,
+            "__match_args__": fields,
+            **_TUPLE_METHODS,
+            **body,
+            **{field: _tuplegetter(k, f"Alias for field number {k}") for k, field in enumerate(fields)},
+            "__new__": new,
+        }
+        return type(name, (tuple,), made)
+
+
+def _make(cls: Any, iterable: Any) -> Any:
+    """Return a tuple of this class with the values of an iterable."""
+    result = tuple.__new__(cls, iterable)
+    if len(result) != len(cls._fields):
+        raise TypeError(f"Expected {len(cls._fields)} arguments, got {len(result)}")
+    return result
+
+
+def _replace(self: Any, /, **values: Any) -> Any:
+    """Return a tuple like this one with other values for some fields."""
+    result = self._make(map(values.pop, self._fields, self))
+    if values:
+        raise ValueError(f"Got unexpected field names: {list(values)!r}")
+    return result
+
+
+def _shown(self: Any) -> str:
+    """Return the class's name with all fields."""
+    pairs = (f"{name}={value!r}" for name, value in zip(self._fields, self, strict=True))
+    return f"{self.__class__.__name__}({', '.join(pairs)})"
+
+
+def _as_dict(self: Any) -> dict[str, Any]:
+    """Return field to value."""
+    return dict(zip(self._fields, self, strict=True))
+
+
+_TUPLE_METHODS: dict[str, Any] = {
+    "_make": classmethod(_make),
+    "_replace": _replace,
+    "__repr__": _shown,
+    "_asdict": _as_dict,
+    "__getnewargs__": lambda self: tuple(self),
+}
+
+
+class _TupleBase:
+    """`NamedTuple` as a base: `class Point(NamedTuple):`."""
+
+    def __mro_entries__(self, bases: tuple[Any, ...]) -> tuple[type, ...]:
+        return (_tuple_base,)
+
+
+_tuple_base = type.__new__(_TupleClass, "NamedTuple", (), {})
+
 if TYPE_CHECKING:
     from dataclasses import dataclass
+    from typing import NamedTuple
 else:
-    dataclass = _dataclass
+    dataclass, NamedTuple = _dataclass, _TupleBase()
 
-__all__ = ["dataclass"]
+__all__ = ["NamedTuple", "dataclass"]

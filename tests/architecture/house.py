@@ -14,7 +14,7 @@ PACKAGE = "roboyard"
 
 LAYERS = (
     ("errors", "_arrays", "_bytecode", "_digests", "_lazy", "_numba", "_threads", "_version", "untrusted"),
-    ("_mujoco_parts", "_records"),
+    ("_libraries", "_mujoco_parts", "_records"),
     ("_mujoco", "_numpy"),
     ("transforms", "paths", "config", "assets", "native", "pybullet_data"),
     ("shapes", "whole_moves", "_second_process"),

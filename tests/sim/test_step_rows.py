@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -171,3 +172,30 @@ def test_rows_are_handed_to_mujocos_solver_as_without_the_addresses(without_memo
     without_memory()
     np.testing.assert_allclose(_states_of_boxes(90), with_addresses, atol=1e-9)
     assert np.ptp(with_addresses, axis=0).max() > 0.05
+
+
+def test_the_stored_layout_is_the_one_found_until_a_file_of_mujoco_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    found = step_rows.find_layout()
+    assert found is not None
+    for stored in (False, True):
+        if stored:
+            monkeypatch.setattr(step_rows, "find_layout", lambda: pytest.fail("it is stored"))
+        layout = step_rows.layout.__wrapped__()
+        assert layout is not None
+        np.testing.assert_array_equal(layout.places, found.places)
+        assert layout[1:] == found[1:]
+    (file,) = (tmp_path / "roboyard" / "mujoco").glob("numbers-rows-*")
+    assert file.stat().st_mode & 0o77 == 0
+    whole = file.read_text()
+    monkeypatch.setattr(step_rows, "find_layout", lambda: None)
+    state = whole.split("\n")[0]
+    for damaged in (whole[:-3], "", "junk", whole.replace(state, state + "0")):
+        file.write_text(damaged)
+        assert step_rows.layout.__wrapped__() is None
+    file.write_text(whole)
+    assert step_rows.layout.__wrapped__() is not None
+    file.chmod(0o620)
+    assert step_rows.layout.__wrapped__() is None

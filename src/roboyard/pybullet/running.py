@@ -7,13 +7,16 @@ import runpy
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from importlib.machinery import SourceFileLoader
 from importlib.util import find_spec
+from io import open_code
 from pathlib import Path
 from types import ModuleType, TracebackType
 
 from roboyard._lazy import freeze, paused_collection
 from roboyard._numpy import load_numpy
 from roboyard.omnigibson.import_alias import install_omnigibson_alias
+from roboyard.pybullet.ending import end_early
 
 REPLACEMENTS = {
     "pybullet": "roboyard.pybullet",
@@ -87,18 +90,20 @@ def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
     Returns:
         The exit code of the script; 1 after an exception, whose traceback starts in the script.
     """
+    path = str(script)
+    module = ModuleType("__main__")
+    end_early(module)
     with paused_collection():
         load_numpy()
         install()
         install_omnigibson_alias()
         preload()
     gc.set_threshold(max(gc.get_threshold()[0], YOUNG_OBJECTS), *gc.get_threshold()[1:])
-    path = str(script)
     sys.argv = [path, *arguments]
     sys.path.insert(0, str(Path(script).resolve().parent))
     code = 0
     try:
-        runpy.run_path(path, run_name="__main__")
+        _execute(path, module)
     except SystemExit as leave:
         code = _exit_code(leave.code)
     except BaseException as problem:
@@ -108,6 +113,24 @@ def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
     return code
+
+
+def _execute(path: str, module: ModuleType) -> None:
+    """Execute a script as the code of a module, which is `__main__` from now on.
+
+    `runpy`, which executes archives and bytecode, too, loses the names of a script before the process ends:
+    what files hold that are still open would not be written.
+    """
+    with open_code(path) as file:
+        source = file.read()
+    if b"\0" in source:
+        runpy.run_path(path, run_name="__main__")
+        return
+    code = compile(source, path, "exec", dont_inherit=True)
+    module.__file__, module.__loader__ = path, SourceFileLoader("__main__", path)
+    vars(module).update(__builtins__=sys.modules["builtins"], __cached__=None)
+    sys.modules["__main__"] = module
+    exec(code, vars(module))  # noqa: S102 - the user's script
 
 
 def _exit_code(value: object) -> int:

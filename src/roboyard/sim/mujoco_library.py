@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import ctypes
+import os
+from collections.abc import Callable, Sequence
 from functools import cache
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
+from roboyard._bytecode import is_private, user_cache, write_for_the_user
 from roboyard._mujoco import mujoco
+
+_FORMAT = "roboyard 1"
 
 
 @cache
@@ -37,3 +44,47 @@ def stop_timers() -> bool:
     except ValueError:
         return False
     return True
+
+
+def stored_numbers(name: str, find: Callable[[], Sequence[int]]) -> list[int]:
+    """Return whole numbers that depend on MuJoCo's files alone, from the user's cache or found now.
+
+    Args:
+        name: of the numbers; another one where others are looked for.
+        find: returns them, to be stored; empty where they cannot be found.
+    """
+    key = _state_of_files()
+    path = f"{user_cache()}/mujoco/numbers-{name}-{crc32(os.fsencode(str(mujoco.__file__))):08x}"
+    lines = _private_lines(path)
+    if key and len(lines) == 3 and (lines[0], lines[2]) == (key, _FORMAT):
+        return [int(word) for word in lines[1].split()]
+    found = [int(number) for number in find()]
+    if key and found:
+        text = f"{key}\n{' '.join(map(str, found))}\n{_FORMAT}"
+        write_for_the_user(path, [text.encode()])
+    return found
+
+
+def _private_lines(path: str) -> list[str]:
+    """Return the lines of a file that only the user may write; none without one."""
+    try:
+        file = os.open(path, os.O_RDONLY)
+        try:
+            stats = os.fstat(file)
+            text = os.read(file, stats.st_size).decode() if is_private(stats) else ""
+        finally:
+            os.close(file)
+        return text.split("\n") if is_private(os.stat(os.path.dirname(path))) else []  # noqa: PTH116, PTH120
+    except (OSError, ValueError):
+        return []
+
+
+def _state_of_files() -> str:
+    """Return the place, sizes and times of MuJoCo's files; an empty text where they are not known."""
+    folder = os.path.dirname(str(mujoco.__file__))  # noqa: PTH120
+    names = f"_structs{EXTENSION_SUFFIXES[0]}", f"libmujoco.so.{mujoco.mj_versionString()}"
+    try:
+        files = [os.stat(f"{folder}/{name}") for name in names]  # noqa: PTH116
+    except OSError:
+        return ""
+    return " ".join([_FORMAT, folder.encode().hex(), *(f"{s.st_size}:{s.st_mtime_ns}" for s in files)])

@@ -36,15 +36,18 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _machine_code() -> None:
+def _machine_code() -> Iterator[None]:
     fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS, TREE, SETTINGS, PROPERTIES
     fronts += DATA, LINE, REMOVAL, JOINTS, CONSTRAINT, CREATION, CONSTRAINT_REMOVAL
     assert all(front.address() for front in fronts)
+    few, fast_commands.FEW = fast_commands.FEW, 0
     direct_calls.START.enter()
     fast_commands.replace_pushes()
     fast_commands.replace_boxes()
     fast_commands.replace_motors()
     fast_commands.replace_dynamics()
+    yield
+    fast_commands.FEW = few
 
 
 @pytest.fixture
@@ -341,6 +344,17 @@ def test_commands_are_compiled_after_many_calls(robot: int, monkeypatch: pytest.
         for call in range(8):
             assert p.getAABB(robot, 2) == python("getAABB", robot, 2)
             assert fast_commands.is_machine_code("getAABB") == (can_be_kept and call >= 4)
+    monkeypatch.undo()
+    fast_commands.replace_boxes()
+
+
+def test_stored_machine_code_is_loaded_after_a_few_calls(robot: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fast_commands, "FEW", 4)
+    monkeypatch.setattr(fast_commands, "_machine_code", set())
+    fast_commands.replace_boxes()
+    for call in range(8):
+        assert p.getAABB(robot, 2) == python("getAABB", robot, 2)
+        assert fast_commands.is_machine_code("getAABB") == (call >= 3)
     monkeypatch.undo()
     fast_commands.replace_boxes()
 

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from roboyard._lazy import paused_collection
+from roboyard._records import NamedTuple
 from roboyard.pybullet.face.command_names import HOMES
 
 F = TypeVar("F", bound=Callable[..., Any])

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from ctypes import POINTER, c_int64, c_void_p, cast, sizeof
 from functools import partial
 from itertools import count
-from typing import Any, NamedTuple
+from typing import Any
 
+from roboyard._records import NamedTuple
 from roboyard.errors import RoboyardError
 from roboyard.pybullet.face.command_names import (
     DETECTION,

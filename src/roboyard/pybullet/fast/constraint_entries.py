@@ -6,8 +6,9 @@ steps or reads constraints. One that is removed before was only an entry in a di
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
+from roboyard._records import NamedTuple
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature

@@ -14,6 +14,8 @@ from roboyard.native.fronts import Front
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.direct_calls import MOST, PREPARED, START
 
+FEW = 100
+"""After so many calls of a command its stored machine code is loaded, which takes as long as they do."""
 _log = LazyLogger("roboyard")
 
 
@@ -223,7 +225,7 @@ def _replace(name: str, front: Front, kind: str, words: tuple[Any, ...], *, one:
 
 
 def replace(name: str, front: Front, state: tuple[Any, ...]) -> None:
-    """Replace a command by stored machine code; without any, compile it after many calls of the command.
+    """Replace a command by stored machine code after a few calls; compile it after many without any.
 
     Args:
         name: of the command.
@@ -239,14 +241,17 @@ def replace(name: str, front: Front, state: tuple[Any, ...]) -> None:
             _machine_code.add(name)
 
     def counted(*given: Any) -> Any:
-        if next(calls) == MOST:
+        number = next(calls)
+        if number == FEW and front.is_stored:
+            load()
+        elif number == MOST:
             START.replace(name, function)
             if front.is_cheap:
                 _log.warning("compiling %s for this machine: once, about 5 seconds", name)
                 load()
         return function(*given)
 
-    if front.is_stored:
+    if not FEW and front.is_stored:
         load()
     else:
         START.replace(name, counted)

@@ -12,8 +12,9 @@ until rows of MuJoCo's arrays change (`Engine.prepared`).
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
+from roboyard._records import NamedTuple
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature

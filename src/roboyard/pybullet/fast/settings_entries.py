@@ -7,8 +7,9 @@ irregular goes to the Python function.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
+from roboyard._records import NamedTuple
 from roboyard.native.entry_parts import ATTRIBUTE, HAS_LENGTH, ITEM, PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature

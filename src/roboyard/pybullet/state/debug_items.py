@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from time import monotonic
-from typing import NamedTuple
 
 import numpy as np
 
 from roboyard._arrays import NDArray
-from roboyard._records import dataclass
+from roboyard._records import NamedTuple, dataclass
 from roboyard.pybullet.state.ids import Counter
 
 Triple = tuple[float, float, float]

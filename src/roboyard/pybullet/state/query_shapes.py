@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
+from roboyard._records import NamedTuple
 from roboyard.description.model import Link, RobotDescription
 from roboyard.pybullet.face.arguments import quaternion, vector3
 from roboyard.pybullet.face.errors import failure

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from roboyard._records import NamedTuple
 from roboyard.native import Bundle, compiled, record
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 

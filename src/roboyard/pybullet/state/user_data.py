@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
 
+from roboyard._records import NamedTuple
 from roboyard.pybullet.state.ids import IdPool
 
 

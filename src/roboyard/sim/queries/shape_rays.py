@@ -6,10 +6,11 @@ MuJoCo intersects a ray with each shape; here it does so with those whose boundi
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from roboyard._records import NamedTuple
 from roboyard.native import Bundle, c_function, can_call, compiled, record
 from roboyard.sim.mujoco_library import mujoco_library
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
 
 import numpy as np
 
+from roboyard._records import NamedTuple
 from roboyard.sim.soft.rest_shape import Ints
 from roboyard.transforms import Array
 

@@ -12,11 +12,14 @@ from __future__ import annotations
 import ctypes
 import struct
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
+from zlib import crc32
 
 import numpy as np
 
 from roboyard._mujoco import mujoco
+from roboyard._records import NamedTuple
+from roboyard.sim.mujoco_library import stored_numbers
 from roboyard.sim.stepping import step_row_kernels as kernels
 from roboyard.sim.stepping.impulses.records import Search
 from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
@@ -198,6 +201,25 @@ class Layout(NamedTuple):
 
 @cache
 def layout() -> Layout | None:
+    """Return where the arrays are in MjData; None where the installed MuJoCo has them elsewhere."""
+    names = crc32(repr((ROWS, _CONTACT, _COUNTS, _PROBE)).encode())
+    numbers = stored_numbers(f"rows-{names:08x}", lambda: _numbers_of(find_layout()))
+    if len(numbers) != len(ROWS) + 3 + 2 * len(_CONTACT):
+        return None
+    places, (size, counts), fields = numbers[: len(ROWS) + 1], numbers[-2:], numbers[len(ROWS) + 1 : -2]
+    kinds = [np.dtype(chr(code)) for code in fields[::2]]
+    return Layout(np.array(places, np.int64), size, list(zip(kinds, fields[1::2], strict=True)), counts)
+
+
+def _numbers_of(found: Layout | None) -> list[int]:
+    """Return a layout as whole numbers; none without one."""
+    if found is None:
+        return []
+    fields = [number for kind, first in found.fields for number in (ord(kind.char), first)]
+    return [*found.places.tolist(), *fields, found.contact_size, found.counts]
+
+
+def find_layout() -> Layout | None:
     """Return where the arrays are in MjData, as found in one with arrays of known addresses.
 
     Returns:

@@ -1,9 +1,8 @@
 """Arrays that the solver of rows in turn works on, as arguments of compiled loops."""
 
-from typing import NamedTuple
-
 import numpy as np
 
+from roboyard._records import NamedTuple
 from roboyard.native import Bundle, record
 from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 
