@@ -90,6 +90,8 @@ def keep_points(  # pragma: no cover
                     copy_point(points, row, m, new_points, pairs, m)
                 at = row + 1 if row + 1 < before else 0
                 break
+        if boxes.shape[0] > 0 and (compound[a] == 1 or compound[b] == 1):
+            n = refresh(new_points, pairs, n, xpos, xmat, one, two, widths, reach)
         are_boxes = geom_type[a] == BOX and geom_type[b] == BOX  # they begin to touch without a gap
         is_ball_on_field = on_field and (geom_type[a] == SPHERE or geom_type[b] == SPHERE)
         side_a = 3 if boxes.shape[0] > 0 and comes_second(geom_type, compound, ages, a, b) else 0
@@ -330,6 +332,20 @@ def deepest(contacts, first, end, geom_type, geom_body, xpos, xmat):
         if depth < least:
             best, least = j, depth
     return best
+
+
+def refresh(points, pair, n, xpos, xmat, one, two, widths, reach):
+    """Note the gaps that points have now, and remove those that end; return how many are left.
+
+    Bullet does so before it adds those of a step where a shape is a compound, afterwards for all.
+    """
+    for m in range(n - 1, -1, -1):
+        gap, slid = located(points, pair, m, xpos, xmat, one, two, widths)[:2]
+        points[pair, m, 16] = gap
+        if gap - widths[0] - widths[1] > reach or slid > reach * reach:
+            n -= 1
+            copy_point(points, pair, n, points, pair, m)
+    return n
 
 
 def copy_point(points, pair, m, others, other_pair, other_m):
