@@ -55,6 +55,9 @@ def place_contacts(  # pragma: no cover
         if a < 0 or b < 0 or (geom_type[a] == BOX and geom_type[b] == BOX):
             continue
         if geom_type[a] <= FIELD or geom_type[b] <= FIELD:
+            if geom_type[a] == PLANE and geom_type[b] == MESH:
+                for k in range(first, i):
+                    place_corner(position, frame, dist, k, hulls, spans, b, geom_body[b], xpos, xmat)
             continue
         if keeps == 1 or i == first + 1:
             one, two = a, b
@@ -116,6 +119,33 @@ def write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, geom, work, co
     work[core + 15] = radius
     for k in range(3):
         work[core + 12 + k] -= radius
+
+
+def place_corner(position, frame, dist, i, hulls, spans, geom, body, xpos, xmat):
+    """Move a contact of a plane with a hull to the hull's corner itself, which MuJoCo rounds."""
+    if spans[geom, 1] == 0:
+        return
+    half = 0.5 * dist[i]
+    nearest, least = 0, 1e300
+    for k in range(spans[geom, 0], spans[geom, 0] + spans[geom, 1]):
+        apart = 0.0
+        for d in range(3):
+            x = xpos[body, d] - position[i, d] - half * frame[i, d]
+            for j in range(3):
+                x += xmat[body, 3 * d + j] * hulls[k, j]
+            apart += x * x
+        if apart < least:
+            nearest, least = k, apart
+    along = 0.0
+    for d in range(3):
+        x = xpos[body, d] - position[i, d] - half * frame[i, d]
+        for j in range(3):
+            x += xmat[body, 3 * d + j] * hulls[nearest, j]
+        along += x * frame[i, d]
+        position[i, d] += x
+    dist[i] += along
+    for d in range(3):
+        position[i, d] -= 0.5 * along * frame[i, d]
 
 
 def corner_in_face(frame, i, hulls, spans, geom, box, hull, work):

@@ -385,8 +385,9 @@ def _kinds_that_keep() -> np.ndarray:
     convex = [capsule, int(kinds.mjGEOM_ELLIPSOID), int(kinds.mjGEOM_CYLINDER), box, int(kinds.mjGEOM_MESH)]
     keep = np.zeros((8, 8), np.uint8)
     keep[np.ix_(convex, convex)] = 1
-    keep[np.ix_([capsule, box], [capsule, box])] = 0  # of these it finds several points
-    keep[box, box] = 1
+    keep[capsule, capsule] = 0  # of these it finds several points
+    sphere = int(kinds.mjGEOM_SPHERE)
+    keep[sphere, convex] = keep[convex, sphere] = 1
     keep[int(kinds.mjGEOM_PLANE), convex] = keep[convex, int(kinds.mjGEOM_PLANE)] = 1
     field = int(kinds.mjGEOM_HFIELD)  # of each of its prisms MuJoCo finds one
     on_field = [int(kinds.mjGEOM_SPHERE), *convex]
