@@ -26,19 +26,21 @@ SAME = 1e-12
 """Square of the distance (m²) of corners of a simplex that are the same."""
 FLAT = 1e-8
 """Volume (six-fold, m³) of a simplex that counts as flat."""
+AROUND = -2.0
+"""Answer where the cores overlap and the simplex is around 0."""
 TINY = 2.220446049250313e-16
 MOST_ROUNDS = 1000
 
 
-def closest_points(type_a, type_b, hulls, spans, a, b, work):  # pragma: no cover
+def closest_points(type_a, type_b, hulls, spans, a, b, flat, work):  # pragma: no cover
     """Find the points of two cores that are closest to each other; return their distance (m).
 
     hulls: (n, 3) corners of all hulls in the frames of their bodies (m). spans: (ngeom, 2) first one and
-    number of each geom's. a, b: geoms. work: (WORK,) with both cores; the points on the first and on the
+    number of each geom's. a, b: geoms. flat: see `FLAT`. work: (WORK,) with both cores; the points on the first and on the
     second core (m), and the way from that to this one, are written at FOUND.
 
     Returns:
-        -1 where the cores overlap, or nothing can be said.
+        `AROUND` where the cores overlap, -1 where nothing can be said.
     """
     count = 0
     squared = 1e300
@@ -66,12 +68,12 @@ def closest_points(type_a, type_b, hulls, spans, a, b, work):  # pragma: no cove
         work[at + 3], work[at + 4], work[at + 5] = px, py, pz
         work[at + 6], work[at + 7], work[at + 8] = qx, qy, qz
         count += 1
-        left = nearest_of_simplex(count, work)
+        left = nearest_of_simplex(count, flat, work)
         if left < 0:  # flat
             found = True
             break
         if left == 4:
-            return -1.0
+            return AROUND
         count = left
         ux, uy, uz = work[FOUND + 6], work[FOUND + 7], work[FOUND + 8]
         before, squared = squared, ux * ux + uy * uy + uz * uz
@@ -92,6 +94,38 @@ def closest_points(type_a, type_b, hulls, spans, a, b, work):  # pragma: no cove
         return -1.0  # not shown to be apart
     work[FOUND + 6], work[FOUND + 7], work[FOUND + 8] = vx, vy, vz
     return length
+
+
+def closest_of_segments(work):  # pragma: no cover
+    """Find the closest points of the segments in two capsules, or of a segment and a ball's centre.
+
+    Source:
+        C. Ericson, Real-Time Collision Detection, 5.1.9, from the middles of the segments as in Bullet: where
+        they are parallel, from the middle of the first.
+
+    Returns:
+        The distance (m), 0 where they cross; the points and the way between them are written at FOUND.
+    """
+    one, two = work[FIRST + 14], work[SECOND + 14]
+    across = from_one = from_two = 0.0
+    for k in range(3):
+        u, v = work[FIRST + 5 + 3 * k], work[SECOND + 5 + 3 * k]
+        away = work[SECOND + k] - work[FIRST + k]
+        across, from_one, from_two = across + u * v, from_one + u * away, from_two + v * away
+    first, lean = 0.0, 1.0 - across * across
+    if lean != 0.0:
+        first = min(max((from_one - from_two * across) / lean, -one), one)
+    second = first * across - from_two
+    if abs(second) > two:
+        second = -two if second < 0.0 else two
+        first = min(max(second * across + from_one, -one), one)
+    squared = 0.0
+    for k in range(3):
+        p = work[FIRST + k] + first * work[FIRST + 5 + 3 * k]
+        q = work[SECOND + k] + second * work[SECOND + 5 + 3 * k]
+        work[FOUND + k], work[FOUND + 3 + k], work[FOUND + 6 + k] = p, q, p - q
+        squared += (p - q) ** 2
+    return np.sqrt(squared)
 
 
 def farthest(kind, hulls, first, number, work, core, x, y, z):  # pragma: no cover
@@ -129,7 +163,7 @@ def farthest(kind, hulls, first, number, work, core, x, y, z):  # pragma: no cov
     )
 
 
-def nearest_of_simplex(count, work):  # pragma: no cover
+def nearest_of_simplex(count, flat, work):  # pragma: no cover
     """Find the point of a simplex of differences that is nearest to 0, and leave the corners that it needs.
 
     Returns:
@@ -148,8 +182,8 @@ def nearest_of_simplex(count, work):  # pragma: no cover
         for k in range(3):
             work[SHARES + k] = work[PART + k]
     else:
-        outside_d, outside_b = beyond(a, b, c, d, work), beyond(a, c, d, b, work)
-        outside_c, outside_a = beyond(a, d, b, c, work), beyond(b, d, c, a, work)
+        outside_d, outside_b = beyond(a, b, c, d, flat, work), beyond(a, c, d, b, flat, work)
+        outside_c, outside_a = beyond(a, d, b, c, flat, work), beyond(b, d, c, a, flat, work)
         if outside_a < 0 or outside_b < 0 or outside_c < 0 or outside_d < 0:
             return -1
         if outside_a + outside_b + outside_c + outside_d == 0:
@@ -252,13 +286,13 @@ def nearest_on_face(a, b, c, work):  # pragma: no cover
     return 7
 
 
-def beyond(a, b, c, d, work):  # pragma: no cover
+def beyond(a, b, c, d, flat, work):  # pragma: no cover
     """Return 1 where 0 is on the other side of the face a, b, c than d, else 0; -1 where all is flat."""
     ux, uy, uz = work[b] - work[a], work[b + 1] - work[a + 1], work[b + 2] - work[a + 2]
     vx, vy, vz = work[c] - work[a], work[c + 1] - work[a + 1], work[c + 2] - work[a + 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     here = -(work[a] * nx + work[a + 1] * ny + work[a + 2] * nz)
     there = (work[d] - work[a]) * nx + (work[d + 1] - work[a + 1]) * ny + (work[d + 2] - work[a + 2]) * nz
-    if there * there < FLAT * FLAT:
+    if there * there < flat * flat:
         return -1
     return 1 if here * there < 0.0 else 0

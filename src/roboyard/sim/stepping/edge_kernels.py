@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.native import compiled
-from roboyard.sim.stepping.closest_points import FIRST, FOUND, SECOND, closest_points
+from roboyard.sim.stepping.closest_points import (
+    AROUND,
+    FIRST,
+    FLAT,
+    FOUND,
+    SECOND,
+    closest_of_segments,
+    closest_points,
+    farthest,
+)  # fmt: skip
+from roboyard.sim.stepping.deepest_points import deepest_points
 from roboyard.sim.stepping.face_corners import in_world
 from roboyard.sim.stepping.impulses.slide_directions import comes_second
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
@@ -58,6 +68,14 @@ def place_contacts(  # pragma: no cover
             if geom_type[a] == PLANE and geom_type[b] == MESH:
                 for k in range(first, i):
                     place_corner(position, frame, dist, k, hulls, spans, b, geom_body[b], xpos, xmat)
+            elif geom_type[a] == PLANE and has_core(geom_type, rounding, spans, b):
+                if keeps == 0 or geom_type[b] == BOX:  # whose corners are sharp there
+                    continue
+                write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, b, work, FIRST)
+                if place_lowest(position, frame, dist, first, geom_type[b], hulls, spans, b, work):
+                    moved = 1
+                for k in range(first + 1, i):
+                    dist[k] = AWAY
             continue
         if keeps == 1 or i == first + 1:
             one, two = a, b
@@ -65,15 +83,28 @@ def place_contacts(  # pragma: no cover
                 one, two = b, a
             apart, is_known = -1.0, False
             if has_core(geom_type, rounding, spans, a) and has_core(geom_type, rounding, spans, b):
+                write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, one, work, FIRST)
+                write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, two, work, SECOND)
                 if max(geom_type[a], geom_type[b]) > CAPSULE:
-                    write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, one, work, FIRST)
-                    write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, two, work, SECOND)
-                    apart = closest_points(geom_type[one], geom_type[two], hulls, spans, one, two, work)
+                    kind, other = geom_type[one], geom_type[two]
+                    apart = closest_points(kind, other, hulls, spans, one, two, FLAT, work)
                     is_known = apart > 0.0
-                    if not is_known and geom_type[one] == BOX and geom_type[two] == MESH:
-                        apart, is_known = corner_in_face(frame, first, hulls, spans, two, FIRST, SECOND, work)
-                    elif not is_known and geom_type[one] == MESH and geom_type[two] == BOX:
-                        apart, is_known = corner_in_face(frame, first, hulls, spans, one, SECOND, FIRST, work)
+                    if not is_known and geom_type[one] == BOX:
+                        apart, is_known = corner_in_face(
+                            frame, first, geom_type[two], hulls, spans, two, FIRST, SECOND, work
+                        )
+                    elif not is_known and geom_type[two] == BOX:
+                        apart, is_known = corner_in_face(
+                            frame, first, geom_type[one], hulls, spans, one, SECOND, FIRST, work
+                        )
+                    if not is_known:
+                        apart = closest_points(kind, other, hulls, spans, one, two, 0.0, work)
+                        if apart == AROUND:
+                            apart = deepest_points(kind, other, hulls, spans, one, two, work)
+                            is_known = apart <= 0.0
+                elif max(geom_type[a], geom_type[b]) == CAPSULE:
+                    apart = closest_of_segments(work)
+                    is_known = apart > 0.0
             if is_known:
                 if write_contact(position, frame, dist, first, 1.0 if one == b else -1.0, apart, work):
                     moved = 1
@@ -148,11 +179,25 @@ def place_corner(position, frame, dist, i, hulls, spans, geom, body, xpos, xmat)
         position[i, d] -= 0.5 * along * frame[i, d]
 
 
-def corner_in_face(frame, i, hulls, spans, geom, box, hull, work):
-    """Find the one corner of a hull that is deepest under the face of a box which contact i is normal to.
+def place_lowest(position, frame, dist, i, kind, hulls, spans, geom, work):
+    """Move a contact of a plane with a core at FIRST to the core's lowest point; return whether it moved."""
+    nx, ny, nz = frame[i, 0], frame[i, 1], frame[i, 2]
+    x, y, z = farthest(kind, hulls, spans[geom, 0], spans[geom, 1], work, FIRST, -nx, -ny, -nz)
+    half = 0.5 * dist[i]
+    apart = nx * (x - position[i, 0]) + ny * (y - position[i, 1]) + nz * (z - position[i, 2]) + half
+    dist[i] = apart - work[FIRST + 15]
+    shift = work[FIRST + 15] + 0.5 * dist[i]
+    x, y, z = x - shift * nx, y - shift * ny, z - shift * nz
+    moved = (x - position[i, 0]) ** 2 + (y - position[i, 1]) ** 2 + (z - position[i, 2]) ** 2 > UNMOVED
+    position[i, 0], position[i, 1], position[i, 2] = x, y, z
+    return moved
 
-    With that corner at a depth under the face and as far away from the others, all other directions need a
-    longer way out of the box. geom: the hull. box, hull: places of their cores in the work array.
+
+def corner_in_face(frame, i, kind, hulls, spans, geom, box, hull, work):
+    """Find the one point of a shape that is deepest under the face of a box which contact i is normal to.
+
+    With that point at a depth under the face and as far away from the others, all other directions need a
+    longer way out of the box. geom: the shape. box, hull: places of their cores in the work array.
 
     Returns:
         Minus the depth (m), and whether there is such a corner; if so the points are written at FOUND.
@@ -173,24 +218,24 @@ def corner_in_face(frame, i, hulls, spans, geom, box, hull, work):
     dx = nx * work[hull + 3] + ny * work[hull + 6] + nz * work[hull + 9]
     dy = nx * work[hull + 4] + ny * work[hull + 7] + nz * work[hull + 10]
     dz = nx * work[hull + 5] + ny * work[hull + 8] + nz * work[hull + 11]
-    least = following = 1e300
-    nearest = 0
-    for k in range(spans[geom, 0], spans[geom, 0] + spans[geom, 1]):
-        height = dx * hulls[k, 0] + dy * hulls[k, 1] + dz * hulls[k, 2]
-        if height < following:
-            if height < least:
-                following = least
-                least = height
-                nearest = k
-            else:
-                following = height
-    apart = nx * x + ny * y + nz * z + least - work[box + 12 + axis]
-    if apart > 0.0 or following - least < LEVEL:
+    if kind == MESH:
+        least = following = 1e300
+        for k in range(spans[geom, 0], spans[geom, 0] + spans[geom, 1]):
+            height = dx * hulls[k, 0] + dy * hulls[k, 1] + dz * hulls[k, 2]
+            if height < following:
+                following = max(least, height)
+                least = min(least, height)
+        if following - least < LEVEL:
+            return -1.0, False
+    elif kind == CYLINDER and (abs(dz) < LEVEL or dx * dx + dy * dy < LEVEL * LEVEL):
         return -1.0, False
-    vx, vy, vz = hulls[nearest, 0], hulls[nearest, 1], hulls[nearest, 2]
-    x += work[hull + 3] * vx + work[hull + 4] * vy + work[hull + 5] * vz
-    y += work[hull + 6] * vx + work[hull + 7] * vy + work[hull + 8] * vz
-    z += work[hull + 9] * vx + work[hull + 10] * vy + work[hull + 11] * vz
+    elif kind == CAPSULE and abs(dz) < LEVEL:
+        return -1.0, False
+    x, y, z = farthest(kind, hulls, spans[geom, 0], spans[geom, 1], work, hull, -nx, -ny, -nz)
+    x, y, z = x - work[box], y - work[box + 1], z - work[box + 2]
+    apart = nx * x + ny * y + nz * z - work[box + 12 + axis]
+    if apart > 0.0:
+        return -1.0, False
     for k in range(3):
         along = work[box + 3 + k] * x + work[box + 6 + k] * y + work[box + 9 + k] * z
         if work[box + 12 + k] - abs(along) < -apart and k != axis:

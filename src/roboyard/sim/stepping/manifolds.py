@@ -18,7 +18,7 @@ from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
-from roboyard.sim.stepping.closest_points import WORK as SEARCHED
+from roboyard.sim.stepping.deepest_points import WORK as SEARCHED
 from roboyard.sim.stepping.face_corners import SCRATCH
 from roboyard.sim.stepping.impulses.records import (
     CHECKED,
@@ -379,17 +379,22 @@ def _creation_order(owners: np.ndarray, model: Any) -> tuple[np.ndarray, np.ndar
 
 @cache
 def _kinds_that_keep() -> np.ndarray:
-    """Return (8, 8) 1 for pairs of geom types of which MuJoCo then finds one point, but for round ones."""
+    """Return (8, 8) 1 for pairs of geom types that keep their points: all but two balls, whose points Bullet clears."""
     kinds = mujoco.mjtGeom
-    capsule, box = int(kinds.mjGEOM_CAPSULE), int(kinds.mjGEOM_BOX)
-    convex = [capsule, int(kinds.mjGEOM_ELLIPSOID), int(kinds.mjGEOM_CYLINDER), box, int(kinds.mjGEOM_MESH)]
+    convex = [
+        int(kind)
+        for kind in (
+            kinds.mjGEOM_CAPSULE,
+            kinds.mjGEOM_ELLIPSOID,
+            kinds.mjGEOM_CYLINDER,
+            kinds.mjGEOM_BOX,
+            kinds.mjGEOM_MESH,
+        )
+    ]
     keep = np.zeros((8, 8), np.uint8)
     keep[np.ix_(convex, convex)] = 1
-    keep[capsule, capsule] = 0  # of these it finds several points
     sphere = int(kinds.mjGEOM_SPHERE)
     keep[sphere, convex] = keep[convex, sphere] = 1
-    keep[int(kinds.mjGEOM_PLANE), convex] = keep[convex, int(kinds.mjGEOM_PLANE)] = 1
-    field = int(kinds.mjGEOM_HFIELD)  # of each of its prisms MuJoCo finds one
-    on_field = [int(kinds.mjGEOM_SPHERE), *convex]
-    keep[field, on_field] = keep[on_field, field] = 1
+    surfaces = [int(kinds.mjGEOM_PLANE), int(kinds.mjGEOM_HFIELD)]  # of each prism of one it finds one
+    keep[np.ix_(surfaces, [sphere, *convex])] = keep[np.ix_([sphere, *convex], surfaces)] = 1
     return keep
