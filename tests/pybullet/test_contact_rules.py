@@ -190,8 +190,8 @@ def test_boxes_on_boxes_hold_at_their_anchors(
 ) -> None:
     """A flat box is pushed for a quarter of a second; without anchors it creeps by 1e-5 m.
 
-    Where it slides, PyBullet holds or moves each point by the last bit of its friction: of 40 of its runs with
-    pushes that differ by 1e-9, the ends are 0.0679 to 0.0687 m and 0.0339 to 0.0342 m away.
+    Where it slides, PyBullet holds or moves each point by the last bit of its friction: of 40 of its runs
+    with pushes that differ by 1e-9, the ends are 0.0679 to 0.0687 m and 0.0339 to 0.0342 m away.
     """
     _ground()
     shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05, 0.05, 0.02])

@@ -185,7 +185,9 @@ def geom_arguments(
                 return None
             kind, used = kinds.mjGEOM_MESH, np.ones(1)
             single = is_single(geometry, scale)
-            extra["meshname"] = assets.add(without_seams(mesh) if triangles else mesh, hull=hull, single=single)
+            extra["meshname"] = assets.add(
+                without_seams(mesh) if triangles else mesh, hull=hull, single=single
+            )
             record.meshes.append(extra["meshname"])
         case Heightfield():
             kind, used = kinds.mjGEOM_HFIELD, np.ones(1)

@@ -59,7 +59,9 @@ class MeshAssets:
         """
         from roboyard._mujoco import mujoco
 
-        vertices, faces = convex_hull(mesh, self._hull_steps, single=single) if hull else (mesh.vertices, mesh.faces)
+        vertices, faces = (
+            convex_hull(mesh, self._hull_steps, single=single) if hull else (mesh.vertices, mesh.faces)
+        )
         name = ("hull-" if hull else "mesh-") + _digest(vertices, faces).hex()[:24]
         found = self._meshes.get(name)
         if found is not None:

@@ -2,8 +2,8 @@
 
 A shape is a core with a ball at each of its points: the segment of a capsule, a box less its margin. Bullet
 searches the cores (Gilbert, Johnson and Keerthi's search, with the tests of Ericson's "Real-Time Collision
-Detection", 5.1) and adds the balls then: where an edge is near, the normal leans, and where two corners are as
-near as each other, its steps decide between them. Distances are found to 1e-12 of their squares.
+Detection", 5.1) and adds the balls then. Where an edge is near, the normal leans; where two corners are as
+near as each other, the steps of the search decide between them. It ends within 1e-12 of a distance's square.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 SPHERE, CAPSULE, CYLINDER, BOX, MESH = 2, 3, 5, 6, 7
 """MuJoCo's types of these geoms."""
 CORE = 16
-"""Numbers of a core: its place (3), its axes (9, by columns), its half sizes (3) and the radius of the balls."""
+"""Numbers of a core: its place (3), axes (9, by columns), half sizes (3) and the radius of the balls."""
 FIRST, SECOND, FOUND, SIMPLEX, SHARES, PART = 0, CORE, 2 * CORE, 2 * CORE + 16, 2 * CORE + 64, 2 * CORE + 72
 """Places in the work array: of both cores; of the points found on these and the way from the second to the
 first; of the four corners of the simplex, each a difference and the two points, and one for the next; of the
@@ -36,8 +36,8 @@ def closest_points(type_a, type_b, hulls, spans, a, b, flat, work):  # pragma: n
     """Find the points of two cores that are closest to each other; return their distance (m).
 
     hulls: (n, 3) corners of all hulls in the frames of their bodies (m). spans: (ngeom, 2) first one and
-    number of each geom's. a, b: geoms. flat: see `FLAT`. work: (WORK,) with both cores; the points on the first and on the
-    second core (m), and the way from that to this one, are written at FOUND.
+    number of each geom's. a, b: geoms. flat: see `FLAT`. work: (WORK,) with both cores; the points on the
+    first and on the second core (m), and the way from that to this one, are written at FOUND.
 
     Returns:
         `AROUND` where the cores overlap, -1 where nothing can be said.

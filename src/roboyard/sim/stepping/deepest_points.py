@@ -9,8 +9,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.sim.stepping.closest_points import FIRST, FOUND, PART, SECOND, SIMPLEX, WORK as SEARCHED
-from roboyard.sim.stepping.closest_points import farthest, nearest_on_face
+from roboyard.sim.stepping.closest_points import (
+    FIRST,
+    FOUND,
+    PART,
+    SECOND,
+    SIMPLEX,
+    farthest,
+    nearest_on_face,
+)
+from roboyard.sim.stepping.closest_points import WORK as SEARCHED
 
 MOST_CORNERS, MOST_FACES = 96, 400
 """Of the polytope; a search that needs more of them ends."""
@@ -157,7 +165,10 @@ def add_edge(work, edges, one, two):  # pragma: no cover
     """List an edge, or remove it where the other face at it has gone, too; return how many there are."""
     for e in range(edges):
         if work[EDGES + 2 * e] == two and work[EDGES + 2 * e + 1] == one:
-            work[EDGES + 2 * e], work[EDGES + 2 * e + 1] = work[EDGES + 2 * edges - 2], work[EDGES + 2 * edges - 1]
+            work[EDGES + 2 * e], work[EDGES + 2 * e + 1] = (
+                work[EDGES + 2 * edges - 2],
+                work[EDGES + 2 * edges - 1],
+            )
             return edges - 1
     if edges >= MOST_EDGES:
         return -1

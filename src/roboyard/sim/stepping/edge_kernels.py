@@ -122,9 +122,9 @@ def has_core(geom_type, rounding, spans, geom):
     kind = geom_type[geom]
     if kind == MESH:
         return spans[geom, 1] > 0
-    if kind == BOX or kind == CYLINDER:
+    if kind in (BOX, CYLINDER):
         return rounding[geom] > 0.0
-    return kind == SPHERE or kind == CAPSULE
+    return kind in (SPHERE, CAPSULE)
 
 
 def write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, geom, work, core):
@@ -227,9 +227,9 @@ def corner_in_face(frame, i, kind, hulls, spans, geom, box, hull, work):
                 least = min(least, height)
         if following - least < LEVEL:
             return -1.0, False
-    elif kind == CYLINDER and (abs(dz) < LEVEL or dx * dx + dy * dy < LEVEL * LEVEL):
+    elif kind != BOX and abs(dz) < LEVEL:  # a segment along the face
         return -1.0, False
-    elif kind == CAPSULE and abs(dz) < LEVEL:
+    elif kind == CYLINDER and dx * dx + dy * dy < LEVEL * LEVEL:
         return -1.0, False
     x, y, z = farthest(kind, hulls, spans[geom, 0], spans[geom, 1], work, hull, -nx, -ny, -nz)
     x, y, z = x - work[box], y - work[box + 1], z - work[box + 2]

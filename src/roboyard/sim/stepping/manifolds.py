@@ -379,7 +379,7 @@ def _creation_order(owners: np.ndarray, model: Any) -> tuple[np.ndarray, np.ndar
 
 @cache
 def _kinds_that_keep() -> np.ndarray:
-    """Return (8, 8) 1 for pairs of geom types that keep their points: all but two balls, whose points Bullet clears."""
+    """Return (8, 8) 1 for pairs of geom types that keep points: all but two balls, as in Bullet."""
     kinds = mujoco.mjtGeom
     convex = [
         int(kind)

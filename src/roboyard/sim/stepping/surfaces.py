@@ -43,7 +43,7 @@ class Surfaces:
         self.reaches_of: Callable[[], np.ndarray] | None = None
         """Function that returns the (ngeom,) gaps (m) from which on contacts do not push."""
         self.forms_of: Callable[[], ShapeForms] | None = None
-        """Function that returns the forms of shapes; contacts then follow `drop_gaps` and `place_contacts`."""
+        """Returns the forms of shapes; contacts then follow `place_contacts` and `drop_gaps`."""
         self.soft: SoftBodies | None = None
         self._no_margins = self._no_reaches = np.zeros(0)
         self._widths: tuple[int, tuple[Array, Array], ShapeForms] | None = None

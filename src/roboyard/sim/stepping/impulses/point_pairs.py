@@ -1,7 +1,7 @@
 """Rows of contacts whose two points have slid apart since they met.
 
-A point that is kept from earlier steps has a place on each body. An impulse engine pushes each body at its own
-place, while MuJoCo's row is for the middle between them.
+A point that is kept from earlier steps has a place on each body. Bullet pushes each body at its own place,
+while MuJoCo's row is for the middle between them.
 """
 
 from __future__ import annotations
@@ -41,7 +41,9 @@ def push_at_points(geom, address, sequence, contacts, mechanism, state, points, 
             shift_row(contacts.frame, i, 0, x, y, z, body, normal, mechanism, state, solver, velocity)
             if contacts.dim[i] > 2:
                 shift_row(contacts.frame, i, 3, x, y, z, body, sliding, mechanism, state, solver, velocity)
-                shift_row(contacts.frame, i, 6, x, y, z, body, sliding + 1, mechanism, state, solver, velocity)
+                shift_row(
+                    contacts.frame, i, 6, x, y, z, body, sliding + 1, mechanism, state, solver, velocity
+                )
         normal += 1
         if contacts.dim[i] > 2:
             sliding += 2
