@@ -227,10 +227,10 @@ def corner_in_face(frame, i, kind, hulls, spans, geom, box, hull, work):
                 least = min(least, height)
         if following - least < LEVEL:
             return -1.0, False
-    elif kind != BOX and abs(dz) < LEVEL:  # a segment along the face
-        return -1.0, False
-    elif kind == CYLINDER and dx * dx + dy * dy < LEVEL * LEVEL:
-        return -1.0, False
+    elif (kind in (CYLINDER, CAPSULE) and abs(dz) < LEVEL) or (
+        kind == CYLINDER and dx * dx + dy * dy < LEVEL * LEVEL
+    ):
+        return -1.0, False  # an edge or a face of it lies along the face
     x, y, z = farthest(kind, hulls, spans[geom, 0], spans[geom, 1], work, hull, -nx, -ny, -nz)
     x, y, z = x - work[box], y - work[box + 1], z - work[box + 2]
     apart = nx * x + ny * y + nz * z - work[box + 12 + axis]
