@@ -197,7 +197,9 @@ def _prism(radius: float, length: float) -> Mesh:
         if 0 < k < CYLINDER_SIDES - 1:
             c = upper[k + 1]
             faces += [(c, a, 0), (1, a + 1, c + 1)]
-    mesh = TriangleMesh(vertices=read_only(np.array(points), np.float64), faces=read_only(np.array(faces), np.int32))
+    mesh = TriangleMesh(
+        vertices=read_only(np.array(points), np.float64), faces=read_only(np.array(faces), np.int32)
+    )
     return Mesh(uri="cylinder", path=None, data=mesh)
 
 

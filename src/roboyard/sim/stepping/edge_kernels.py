@@ -28,6 +28,8 @@ UNMOVED = 1e-14
 """Square of the shift (m) below which rows are not made again."""
 ALONG = 0.99
 """Cosine of the angle between a contact's normal and a face's that is the contact's."""
+WIDE = 0.5
+"""Half size (m) of a face from which on the search ends within 1e-8 m of it; before, it may end early."""
 LEVEL = 1e-12
 """Distance (m) up to which corners are as deep as each other."""
 UNTURNED = 1e-16
@@ -86,22 +88,7 @@ def place_contacts(  # pragma: no cover
                 write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, one, work, FIRST)
                 write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, two, work, SECOND)
                 if max(geom_type[a], geom_type[b]) > CAPSULE:
-                    kind, other = geom_type[one], geom_type[two]
-                    apart = closest_points(kind, other, hulls, spans, one, two, FLAT, work)
-                    is_known = apart > 0.0
-                    if not is_known and geom_type[one] == BOX:
-                        apart, is_known = corner_in_face(
-                            frame, first, geom_type[two], hulls, spans, two, FIRST, SECOND, work
-                        )
-                    elif not is_known and geom_type[two] == BOX:
-                        apart, is_known = corner_in_face(
-                            frame, first, geom_type[one], hulls, spans, one, SECOND, FIRST, work
-                        )
-                    if not is_known:
-                        apart = closest_points(kind, other, hulls, spans, one, two, 0.0, work)
-                        if apart == AROUND:
-                            apart = deepest_points(kind, other, hulls, spans, one, two, work)
-                            is_known = apart <= 0.0
+                    apart, is_known = find_points(frame, first, geom_type, hulls, spans, one, two, work)
                 elif max(geom_type[a], geom_type[b]) == CAPSULE:
                     apart = closest_of_segments(work)
                     is_known = apart > 0.0
@@ -115,6 +102,64 @@ def place_contacts(  # pragma: no cover
             if round_edge(contacts, k, geom_type, geom_body, xpos, xmat, boxes, rounding):
                 moved = 1
     return moved
+
+
+def find_points(frame, i, geom_type, hulls, spans, one, two, work):
+    """Find the points at which two cores are closest, or deepest in each other; i is their contact.
+
+    Returns:
+        The distance (m), negative where they overlap, and whether it is known; the points are at FOUND.
+    """
+    kind, other = geom_type[one], geom_type[two]
+    if kind == BOX and other == MESH:
+        apart, is_known = corner_in_face(frame, i, other, hulls, spans, two, FIRST, SECOND, WIDE, work)
+        if is_known:
+            return apart, True
+    elif kind == MESH and other == BOX:
+        apart, is_known = corner_in_face(frame, i, kind, hulls, spans, one, SECOND, FIRST, WIDE, work)
+        if is_known:
+            return apart, True
+    elif (kind == BOX and other == SPHERE) or (kind == SPHERE and other == BOX):
+        apart = ball_beside_box(FIRST if kind == BOX else SECOND, work)
+        if apart > 0.0:
+            return apart, True
+    apart = closest_points(kind, other, hulls, spans, one, two, FLAT, work)
+    if apart > 0.0:
+        return apart, True
+    is_known = False
+    if kind == BOX:
+        apart, is_known = corner_in_face(frame, i, other, hulls, spans, two, FIRST, SECOND, 0.0, work)
+    elif other == BOX:
+        apart, is_known = corner_in_face(frame, i, kind, hulls, spans, one, SECOND, FIRST, 0.0, work)
+    if is_known:
+        return apart, True
+    apart = closest_points(kind, other, hulls, spans, one, two, 0.0, work)
+    if apart == AROUND:
+        apart = deepest_points(kind, other, hulls, spans, one, two, work)
+        is_known = apart <= 0.0
+    return apart, is_known
+
+
+def ball_beside_box(box, work):
+    """Find the point of a box's core that is closest to a ball's centre; return its distance (m)."""
+    ball = SECOND if box == FIRST else FIRST
+    own, other, sign = (0, 3, 1.0) if box == FIRST else (3, 0, -1.0)
+    x, y, z = work[ball] - work[box], work[ball + 1] - work[box + 1], work[ball + 2] - work[box + 2]
+    for k in range(3):
+        work[FOUND + own + k], work[FOUND + other + k] = work[box + k], work[ball + k]
+    for k in range(3):
+        u, v, w = work[box + 3 + k], work[box + 6 + k], work[box + 9 + k]
+        along = u * x + v * y + w * z
+        along = min(max(along, -work[box + 12 + k]), work[box + 12 + k])
+        work[FOUND + own] += along * u
+        work[FOUND + own + 1] += along * v
+        work[FOUND + own + 2] += along * w
+    squared = 0.0
+    for k in range(3):
+        way = work[FOUND + own + k] - work[FOUND + other + k]
+        work[FOUND + 6 + k] = sign * way
+        squared += way * way
+    return np.sqrt(squared)
 
 
 def has_core(geom_type, rounding, spans, geom):
@@ -193,14 +238,15 @@ def place_lowest(position, frame, dist, i, kind, hulls, spans, geom, work):
     return moved
 
 
-def corner_in_face(frame, i, kind, hulls, spans, geom, box, hull, work):
-    """Find the one point of a shape that is deepest under the face of a box which contact i is normal to.
+def corner_in_face(frame, i, kind, hulls, spans, geom, box, hull, wide, work):
+    """Find the one point of a shape that is nearest to the face of a box which contact i is normal to.
 
     With that point at a depth under the face and as far away from the others, all other directions need a
-    longer way out of the box. geom: the shape. box, hull: places of their cores in the work array.
+    longer way out of the box. geom: the shape. box, hull: places of their cores in the work array. wide: half
+    size (m) that the face has at least, and the point may be over it, too; 0: only under it.
 
     Returns:
-        Minus the depth (m), and whether there is such a corner; if so the points are written at FOUND.
+        The distance (m), and whether there is such a point; if so the points are written at FOUND.
     """
     axis, most = 0, 0.0
     for k in range(3):
@@ -234,11 +280,11 @@ def corner_in_face(frame, i, kind, hulls, spans, geom, box, hull, work):
     x, y, z = farthest(kind, hulls, spans[geom, 0], spans[geom, 1], work, hull, -nx, -ny, -nz)
     x, y, z = x - work[box], y - work[box + 1], z - work[box + 2]
     apart = nx * x + ny * y + nz * z - work[box + 12 + axis]
-    if apart > 0.0:
+    if apart > 0.0 and wide == 0.0:
         return -1.0, False
     for k in range(3):
         along = work[box + 3 + k] * x + work[box + 6 + k] * y + work[box + 9 + k] * z
-        if work[box + 12 + k] - abs(along) < -apart and k != axis:
+        if k != axis and (work[box + 12 + k] - abs(along) < max(-apart, 0.0) or work[box + 12 + k] < wide):
             return -1.0, False
     if -apart > work[box + 12 + axis]:
         return -1.0, False
