@@ -35,7 +35,7 @@ def _work(*cores: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
 
 
 def _random_pair(rng: np.random.Generator, way: float):
-    """Return hulls of random points, about so far apart: all corners, their spans, those in the world, work."""
+    """Return hulls of random points, about so far apart: corners, spans, corners in the world, and work."""
     hulls = [rng.normal(size=(n, 3)) * 0.1 for n in (8, 12)]
     axes = [Rotation.random(random_state=rng).as_matrix() for _ in hulls]
     places = [np.zeros(3), way * rng.normal(size=3)]
