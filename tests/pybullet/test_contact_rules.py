@@ -174,11 +174,25 @@ def test_anchors_pull_creeping_contacts_back(
     np.testing.assert_allclose(places, wanted, atol=3e-6)
 
 
-@pytest.mark.parametrize(("push", "slide"), [((4, 2, 0), (0, 0)), ((6, 3, 0), (0.06861, 0.03419))])
+@pytest.mark.parametrize(
+    ("push", "early", "slide", "spread"),
+    [
+        ((4, 2, 0), None, (0, 0), 3e-6),
+        ((6, 3, 0), (0.0005887, 0.0002946), (0.0683, 0.03405), 4.5e-4),
+    ],
+)
 def test_boxes_on_boxes_hold_at_their_anchors(
-    client: int, push: tuple[float, float, float], slide: tuple[float, float]
+    client: int,
+    push: tuple[float, float, float],
+    early: tuple[float, float] | None,
+    slide: tuple[float, float],
+    spread: float,
 ) -> None:
-    """A flat box is pushed for a quarter of a second; without anchors it creeps by 1e-5 m."""
+    """A flat box is pushed for a quarter of a second; without anchors it creeps by 1e-5 m.
+
+    Where it slides, PyBullet holds or moves each point by the last bit of its friction: of 40 of its runs
+    with pushes that differ by 1e-9, the ends are 0.0679 to 0.0687 m and 0.0339 to 0.0342 m away.
+    """
     _ground()
     shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05, 0.05, 0.02])
     box = p.createMultiBody(1, shape, basePosition=[0, 0, 0.02])
@@ -188,8 +202,10 @@ def test_boxes_on_boxes_hold_at_their_anchors(
             place = p.getBasePositionAndOrientation(box)[0]
             p.applyExternalForce(box, -1, push, place, p.WORLD_FRAME)
         p.stepSimulation()
+        if step == 65 and early:
+            np.testing.assert_allclose(p.getBasePositionAndOrientation(box)[0][:2], early, atol=2e-7)
     moved = p.getBasePositionAndOrientation(box)[0][:2]
-    np.testing.assert_allclose(moved, slide, rtol=4e-3, atol=3e-6)
+    np.testing.assert_allclose(moved, slide, atol=spread)
     assert len(p.getContactPoints(box)) == 4
 
 

@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 
 from roboyard._records import dataclass
-from roboyard.description.model import Box, Collision, Cylinder, Geometry, Pose, Sphere
+from roboyard.description.model import Box, Collision, Cylinder, Geometry, Mesh, Pose, Sphere
 from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, local_bounds
+from roboyard.sim.physics_profile import BULLET
+from roboyard.sim.stepping.shape_forms import ShapeForms
 from roboyard.transforms import matrix_from_quaternion
 
 SHARE = 0.02
@@ -22,6 +24,7 @@ SHARE = 0.02
 ENDLESS = 1e9
 """Half size (m) of the boxes of other shapes."""
 _ENDLESS = ENDLESS * np.eye(3)
+_NO_HULL = np.zeros((0, 3))
 _UNKNOWN = np.concatenate([np.zeros((1, 3)), _ENDLESS])
 
 
@@ -54,17 +57,18 @@ class ShapeBoxes:
     """(n, 4, 3) middle and three half axes of each box in the frame of its link (m)."""
     edges: np.ndarray
     """(n,) largest radius of the edges (m), 0 where a shape has none or its box is endless."""
+    hulls: tuple[np.ndarray, ...]
+    """Corners (m, 3) of each shape's hull in the frame of its link (m), none where it is no hull."""
     counts: tuple[int, ...]
     """Number of shapes of each link."""
 
 
-def shape_boxes(
+def shape_forms(
     geoms: int, bodies: Iterable[tuple[ShapeBoxes, Sequence[Sequence[int]], Sequence[bool], Sequence[float]]]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (geoms, 4, 3) boxes around shapes, (geoms,) 1 for parts of compounds, (geoms,) radii of edges.
+) -> ShapeForms:
+    """Return the shapes of all geoms.
 
-    A box is its middle and three half axes in the frame of the link (m). Where a shape's place among the
-    geoms is not known, or it is no box, ball or hull, the box is endless.
+    Where a shape's place among the geoms is not known, or it is no box, ball or hull, its box is endless.
 
     Args:
         geoms: number of geoms.
@@ -77,11 +81,13 @@ def shape_boxes(
     places: list[int] = []
     parts: list[int] = []
     margins: list[float] = []
+    hulls: list[np.ndarray] = []
     arrays: list[ShapeBoxes] = []
     for found, links, are_compounds, link_margins in bodies:
         if tuple(map(len, links)) != found.counts:
             found = _without_unknown(found, links)
         arrays.append(found)
+        hulls += found.hulls
         for rows, is_compound, margin in zip(links, are_compounds, link_margins, strict=True):
             places += rows
             margins += [margin] * len(rows)
@@ -92,31 +98,53 @@ def shape_boxes(
         widths = np.array(margins)
         rounding[places] = np.where(widths < np.concatenate([found.edges for found in arrays]), widths, 0.0)
         compound[parts] = 1
-    return boxes, compound, rounding
+    spans = np.zeros((geoms, 2), np.int32)
+    if places:
+        spans[places, 1] = [len(hull) for hull in hulls]
+        spans[places, 0] = np.cumsum(spans[places, 1]) - spans[places, 1]
+    corners = np.concatenate([np.zeros((0, 3)), *hulls])
+    return ShapeForms(boxes=boxes, compound=compound, rounding=rounding, hulls=corners, spans=spans)
 
 
 def body_boxes(links: Iterable[Sequence[Collision]], *, implicit_cylinder: bool) -> ShapeBoxes:
     """Return the boxes of a body, from its links' shapes and whether cylinders are exact."""
-    boxes, edges, counts = [], [], []
+    boxes, edges, counts, hulls = [], [], [], []
     for shapes in links:
         counts.append(len(shapes))
         for shape in shapes:
             box, edge = _box_of(shape, implicit_cylinder)
             boxes.append(box)
             edges.append(edge)
-    return ShapeBoxes(np.array(boxes).reshape(-1, 4, 3), np.array(edges), tuple(counts))
+            hulls.append(_hull_of(shape))
+    return ShapeBoxes(np.array(boxes).reshape(-1, 4, 3), np.array(edges), tuple(hulls), tuple(counts))
 
 
 def _without_unknown(found: ShapeBoxes, links: Sequence[Sequence[int]]) -> ShapeBoxes:
     """Return endless boxes for the geoms of links that have more or fewer geoms than shapes."""
-    boxes, edges, first = [np.zeros((0, 4, 3))], [np.zeros(0)], 0
+    boxes, edges, hulls, first = [np.zeros((0, 4, 3))], [np.zeros(0)], list[np.ndarray](), 0
     for rows, count in zip(links, found.counts, strict=True):
         place = slice(first, first + count)
         first += count
         is_known = len(rows) == count
         boxes.append(found.boxes[place] if is_known else np.array([_UNKNOWN] * len(rows)).reshape(-1, 4, 3))
         edges.append(found.edges[place] if is_known else np.zeros(len(rows)))
-    return ShapeBoxes(np.concatenate(boxes), np.concatenate(edges), tuple(map(len, links)))
+        hulls += found.hulls[place] if is_known else [_NO_HULL] * len(rows)
+    return ShapeBoxes(np.concatenate(boxes), np.concatenate(edges), tuple(hulls), tuple(map(len, links)))
+
+
+def _hull_of(shape: Collision) -> np.ndarray:
+    """Return the (n, 3) corners of a shape's hull in the frame of its link (m), none where it is no hull."""
+    from roboyard.sim.build.geoms import is_single, load_scaled
+    from roboyard.sim.build.mesh_assets import convex_hull
+
+    if shape.concave or not isinstance(shape.geometry, Mesh):
+        return _NO_HULL
+    mesh = load_scaled(shape.geometry, 1.0)
+    if mesh is None or not len(mesh.faces):
+        return _NO_HULL
+    corners = convex_hull(mesh, BULLET.hull_steps, single=is_single(shape.geometry, 1.0))[0]
+    turn = matrix_from_quaternion(shape.origin.quaternion)
+    return corners @ turn.T + np.asarray(shape.origin.position)
 
 
 def _box_of(shape: Collision, implicit_cylinder: bool) -> tuple[np.ndarray, float]:

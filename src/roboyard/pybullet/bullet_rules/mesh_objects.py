@@ -77,7 +77,7 @@ def _split(data: bytes) -> tuple[TriangleMesh, ...]:
         elif words[0] in (b"o", b"g") and faces:
             faces = []
             objects.append(faces)
-    points = np.array(positions, dtype=float)
+    points = np.array(positions, dtype=np.float32).astype(float)  # as Bullet reads them
     return tuple(_part(points, np.array(faces)) for faces in objects if faces)
 
 

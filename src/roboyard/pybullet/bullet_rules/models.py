@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 from functools import cache, partial
+from math import cos, pi, sin
+
+import numpy as np
 
 from roboyard._records import dataclass
 from roboyard.description.model import (
@@ -28,7 +31,7 @@ from roboyard.pybullet.bullet_rules.mesh_objects import split_objects
 from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, link_bounds
 from roboyard.pybullet.bullet_rules.shape_inertia import Moments, principal_moments, shape_moments
 from roboyard.pybullet.face import constants as c
-from roboyard.shapes.primitives import cylinder
+from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.transforms import matrix_from_quaternion, quaternion_from_matrix
 
 _WHITE = (1.0, 1.0, 1.0, 1.0)
@@ -181,8 +184,23 @@ def _with_prisms(collisions: tuple[Collision, ...]) -> tuple[Collision, ...]:
 
 @cache
 def _prism(radius: float, length: float) -> Mesh:
-    """Return the hull that Bullet makes of a file's cylinder."""
-    return Mesh(uri="cylinder", path=None, data=cylinder(radius, length, CYLINDER_SIDES))
+    """Return the hull that Bullet makes of a file's cylinder, with the very numbers of its corners."""
+    angles = [2.0 * pi * (k / CYLINDER_SIDES) for k in range(CYLINDER_SIDES)]
+    points = [
+        (radius * sin(angle), radius * cos(angle), z) for angle in angles for z in (length / 2, -length / 2)
+    ]
+    upper = [2 * k for k in range(CYLINDER_SIDES)]
+    faces = []
+    for k, a in enumerate(upper):
+        b = upper[k - 1]
+        faces += [(a, b, b + 1), (a, b + 1, a + 1)]
+        if 0 < k < CYLINDER_SIDES - 1:
+            c = upper[k + 1]
+            faces += [(c, a, 0), (1, a + 1, c + 1)]
+    mesh = TriangleMesh(
+        vertices=read_only(np.array(points), np.float64), faces=read_only(np.array(faces), np.int32)
+    )
+    return Mesh(uri="cylinder", path=None, data=mesh)
 
 
 def _default_visuals(collisions: tuple[Collision, ...]) -> tuple[Visual, ...]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.description.model import Inertial
-from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches, shape_boxes
+from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches, shape_forms
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, BodyModel, never_turns
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import SceneBoxes
     from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.sim.body import Body
+    from roboyard.sim.stepping.shape_forms import ShapeForms
 
 HELD_INERTIA = 1e9
 """Inertia (kg m² or kg) of the motor of a joint that nothing moves."""
@@ -105,7 +106,7 @@ class PhysicsScene:
         self._contact_reaches: Any = None
         self.world.surfaces.margins_of = self.geom_margins
         self.world.surfaces.reaches_of = self.contact_reaches
-        self.world.surfaces.boxes_of = self.shape_boxes
+        self.world.surfaces.forms_of = self.shape_forms
         self._scratch: Any = None
         self.scratch_arrays: tuple[Any, ...] = ()
         """Positions, velocities and accelerations of `scratch_data`."""
@@ -397,8 +398,8 @@ class PhysicsScene:
             self._contact_reaches = world.revision, contact_reaches(world.live_model, bounds)
         return self._contact_reaches[1]
 
-    def shape_boxes(self) -> tuple[Any, Any, Any]:
-        """Return boxes around shapes, whether these are parts of compounds, and radii of their edges."""
+    def shape_forms(self) -> ShapeForms:
+        """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
         world = self.world
         bodies = []
         for number in self.bodies:
@@ -408,7 +409,7 @@ class PhysicsScene:
             margins = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
             rows = [[geom.id for geom in built.geoms] for built in record.body.built.links]
             bodies.append((record.shape_boxes, rows, are_compounds, margins))
-        return shape_boxes(world.live_model.ngeom, bodies)
+        return shape_forms(world.live_model.ngeom, bodies)
 
     # -------------------------------------------------------------------------------------------------- time
 

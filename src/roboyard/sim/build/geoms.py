@@ -22,6 +22,7 @@ from roboyard.description.model import (
     Sphere,
     Visual,
 )
+from roboyard.shapes.mesh import read_only
 from roboyard.sim.build.solver_options import CONTACT_SOLIMP, CONTACT_SOLREF
 from roboyard.sim.build.triangle_windows import FEWEST, add_slots, window_of, without_seams
 from roboyard.transforms import multiply, normalized, rotate, to_wxyz
@@ -183,7 +184,10 @@ def geom_arguments(
             if hull and np.ptp(mesh.vertices, axis=0).max() < SMALLEST_MESH:
                 return None
             kind, used = kinds.mjGEOM_MESH, np.ones(1)
-            extra["meshname"] = assets.add(without_seams(mesh) if triangles else mesh, hull=hull)
+            single = is_single(geometry, scale)
+            extra["meshname"] = assets.add(
+                without_seams(mesh) if triangles else mesh, hull=hull, single=single
+            )
             record.meshes.append(extra["meshname"])
         case Heightfield():
             kind, used = kinds.mjGEOM_HFIELD, np.ones(1)
@@ -227,7 +231,23 @@ def load_scaled(geometry: Mesh, scale: float) -> TriangleMesh | None:
             return None
         mesh = load_mesh(geometry.path)
     factors = tuple(component * scale for component in geometry.scale)
-    return mesh if factors == (1.0, 1.0, 1.0) else scaled(mesh, factors)
+    if factors == (1.0, 1.0, 1.0):
+        return mesh
+    return scaled(mesh if geometry.path is None else in_single(mesh), factors)
+
+
+def is_single(geometry: Mesh, scale: float) -> bool:
+    """Return whether the corners that `load_scaled` returns are still to be taken in single precision.
+
+    Files have numbers of single precision, as Bullet reads them, which may be scaled then.
+    """
+    is_scaled = tuple(component * scale for component in geometry.scale) != (1.0, 1.0, 1.0)
+    return geometry.path is not None and not is_scaled
+
+
+def in_single(mesh: TriangleMesh) -> TriangleMesh:
+    """Return a mesh whose corners have coordinates of single precision."""
+    return replace(mesh, vertices=read_only(mesh.vertices.astype(np.float32), np.float64))
 
 
 def add_heightfield_asset(

@@ -19,7 +19,7 @@ from roboyard._digests import blake2b
 from roboyard.transforms import Array
 
 _HEADER = struct.Struct("<8sII")
-_FORMAT = b"ryhull1\0"
+_FORMAT = b"ryhull2\0"
 """First bytes of a file; another number for another way to compute hulls."""
 _CHECKSUM = 16
 MOST_VERTICES = 20_000

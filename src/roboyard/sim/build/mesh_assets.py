@@ -52,11 +52,16 @@ class MeshAssets:
         """Number of distinct meshes."""
         return len(self._meshes)
 
-    def add(self, mesh: TriangleMesh, *, hull: bool) -> str:
-        """Return the name of the spec's mesh for these triangles, or their hull; count one more user."""
+    def add(self, mesh: TriangleMesh, *, hull: bool, single: bool = True) -> str:
+        """Return the name of the spec's mesh for these triangles, or their hull; count one more user.
+
+        See `convex_hull` for `single`.
+        """
         from roboyard._mujoco import mujoco
 
-        vertices, faces = convex_hull(mesh, self._hull_steps) if hull else (mesh.vertices, mesh.faces)
+        vertices, faces = (
+            convex_hull(mesh, self._hull_steps, single=single) if hull else (mesh.vertices, mesh.faces)
+        )
         name = ("hull-" if hull else "mesh-") + _digest(vertices, faces).hex()[:24]
         found = self._meshes.get(name)
         if found is not None:
@@ -129,7 +134,7 @@ def _msh(vertices: Array, faces: np.ndarray) -> bytes:
     return header + np.asarray(vertices, "<f4").tobytes() + np.asarray(faces, "<i4").tobytes()
 
 
-def convex_hull(mesh: TriangleMesh, steps: int = 0) -> tuple[Array, np.ndarray]:
+def convex_hull(mesh: TriangleMesh, steps: int = 0, *, single: bool = True) -> tuple[Array, np.ndarray]:
     """Return vertices (n, 3) (m) and outward faces (m, 3) of the convex hull, kept in memory and on disk.
 
     Flat meshes get a thickness of 1 mm.
@@ -138,15 +143,18 @@ def convex_hull(mesh: TriangleMesh, steps: int = 0) -> tuple[Array, np.ndarray]:
         mesh: the triangles.
         steps: number of steps over each extent to which the corners are rounded towards the middle, as an
             impulse engine does whose hulls have integer coordinates; 0: they are not rounded.
+        single: whether the coordinates are taken in single precision; without steps they are in any case.
     """
-    key = _digest(mesh.vertices, mesh.faces, steps)
+    single = single or not steps
+    key = _digest(mesh.vertices, mesh.faces, 2 * steps + single)
     found = _HULLS.get(key)
     if found is None:
         if len(_HULLS) >= _HULLS_LIMIT:
             _HULLS.clear()
         found = load_hull(key)
         if found is None:
-            found = _hull(mesh.vertices[np.unique(mesh.faces)], steps)
+            points = mesh.vertices[np.unique(mesh.faces)]
+            found = _hull(points.astype(np.float32).astype(float) if single else points, steps)
             store_hull(key, *found)
         _HULLS[key] = found
     return found
@@ -155,7 +163,7 @@ def convex_hull(mesh: TriangleMesh, steps: int = 0) -> tuple[Array, np.ndarray]:
 def _hull(points: Array, steps: int) -> tuple[Array, np.ndarray]:
     from scipy.spatial import ConvexHull
 
-    points = _thickened(points.astype(np.float32).astype(float))
+    points = _thickened(points)
     if steps:
         points = _rounded(points, steps)
     hull = ConvexHull(points, qhull_options="Qt")
@@ -173,7 +181,7 @@ def _hull(points: Array, steps: int) -> tuple[Array, np.ndarray]:
 def _rounded(points: Array, steps: int) -> Array:
     """Return points on a grid of so many steps over each extent, rounded towards the middle."""
     lower, upper = bounding_box(points)
-    size = (upper - lower) / steps
+    size = (upper - lower) * (1.0 / steps)  # Bullet divides so; a corner at a step depends on the last bit
     middle = (lower + upper) * 0.5
     return np.trunc((points - middle) * (1.0 / size)) * size + middle
 

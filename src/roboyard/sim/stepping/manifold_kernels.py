@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.native import compiled
-from roboyard.sim.stepping.face_corners import ORDER, in_world, order_corners
+from roboyard.sim.stepping.face_corners import ORDER, order_corners
 from roboyard.sim.stepping.impulses.slide_directions import comes_second
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
-PLANE, FIELD, SPHERE, CYLINDER, BOX = 0, 1, 2, 5, 6
+PLANE, FIELD, SPHERE, BOX = 0, 1, 2, 6
 """MuJoCo's types of these geoms."""
 MOST = 4
 """Most points of a pair."""
@@ -80,6 +80,7 @@ def keep_points(  # pragma: no cover
         one, two = geom_body[a], geom_body[b]
         reach = min(min(reaches[a], reaches[b]), seen)
         thickness = margins[a] + margins[b]
+        widths = margins[a], margins[b]
         n = 0
         for k in range(before):
             row = at + k if at + k < before else at + k - before
@@ -89,6 +90,8 @@ def keep_points(  # pragma: no cover
                     copy_point(points, row, m, new_points, pairs, m)
                 at = row + 1 if row + 1 < before else 0
                 break
+        if boxes.shape[0] > 0 and (compound[a] == 1 or compound[b] == 1):
+            n = refresh(new_points, pairs, n, xpos, xmat, one, two, widths, reach)
         are_boxes = geom_type[a] == BOX and geom_type[b] == BOX  # they begin to touch without a gap
         is_ball_on_field = on_field and (geom_type[a] == SPHERE or geom_type[b] == SPHERE)
         side_a = 3 if boxes.shape[0] > 0 and comes_second(geom_type, compound, ages, a, b) else 0
@@ -112,10 +115,12 @@ def keep_points(  # pragma: no cover
                 continue
             for k in range(3):
                 fresh[k] = fresh[3 + k] = 0.0
-                for d in range(3):
-                    half = 0.5 * dist[j] * frame[j, d]
-                    fresh[k] += xmat[one, 3 * d + k] * (position[j, d] - half - xpos[one, d])
-                    fresh[3 + k] += xmat[two, 3 * d + k] * (position[j, d] + half - xpos[two, d])
+                for d in range(3):  # on the surfaces, which lie outside MuJoCo's
+                    inner, outer = margins[a] - 0.5 * dist[j], margins[b] - 0.5 * dist[j]
+                    x = position[j, d] + inner * frame[j, d] - xpos[one, d]
+                    fresh[k] += xmat[one, 3 * d + k] * x
+                    x = position[j, d] - outer * frame[j, d] - xpos[two, d]
+                    fresh[3 + k] += xmat[two, 3 * d + k] * x
             for k in range(9):
                 fresh[6 + k] = frame[j, k]
             place = place_of(new_points, pairs, n, fresh, reach, side_a, takes_new)
@@ -132,14 +137,15 @@ def keep_points(  # pragma: no cover
                     if place < 0:
                         continue
             elif 0 <= only != j:
-                gap, slid = located(new_points, pairs, place, xpos, xmat, one, two)[:2]
+                gap, slid = located(new_points, pairs, place, xpos, xmat, one, two, widths)[:2]
                 if gap - thickness > reach or slid > reach * reach:
                     dist[j] = AWAY
                     continue
                 side, body = (3, two) if geom_type[a] == PLANE else (0, one)
                 away = 0.0
                 for d in range(3):  # the point of the body, across half the gap
-                    x = xpos[body, d] + (0.5 if side == 0 else -0.5) * gap * frame[j, d]
+                    half = 0.5 * gap - widths[0] if side == 0 else widths[1] - 0.5 * gap
+                    x = xpos[body, d] + half * frame[j, d]
                     for k in range(3):
                         x += xmat[body, 3 * d + k] * new_points[pairs, place, side + k]
                     away += (position[j, d] - x) ** 2
@@ -152,7 +158,7 @@ def keep_points(  # pragma: no cover
                 for k in range(15):
                     fresh[k] = new_points[pairs, place, k]
             elif are_boxes and dist[j] > thickness:  # only refreshed where they overlap
-                gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two)
+                gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two, widths)
                 if new_points[pairs, place, 15] >= TAKEN or gap - thickness > reach or slid > reach * reach:
                     dist[j] = AWAY
                     continue
@@ -167,7 +173,7 @@ def keep_points(  # pragma: no cover
                 for k in range(15):
                     fresh[k] = new_points[pairs, place, k]
             elif is_anchored and is_held(new_points, pairs, place):
-                gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two)
+                gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two, widths)
                 if gap - thickness <= reach and slid <= reach * reach:
                     for k in range(3):
                         fresh[k], fresh[3 + k] = new_points[pairs, place, k], new_points[pairs, place, 3 + k]
@@ -186,7 +192,7 @@ def keep_points(  # pragma: no cover
         for m in range(n - 1, -1, -1):
             if new_points[pairs, m, 15] >= TAKEN:
                 continue
-            gap, slid = located(new_points, pairs, m, xpos, xmat, one, two)[:2]
+            gap, slid = located(new_points, pairs, m, xpos, xmat, one, two, widths)[:2]
             new_points[pairs, m, 16] = gap
             if gap - thickness > reach or slid > reach * reach:
                 n -= 1
@@ -199,7 +205,7 @@ def keep_points(  # pragma: no cover
             new_points[pairs, m, 15] = 0.0
             if is_new:
                 continue
-            gap, slid, x, y, z = located(new_points, pairs, m, xpos, xmat, one, two)
+            gap, slid, x, y, z = located(new_points, pairs, m, xpos, xmat, one, two, widths)
             source[found] = first
             extra[found, 0], extra[found, 1], extra[found, 2] = x, y, z
             for k in range(9):
@@ -262,68 +268,6 @@ def pull_to_anchors(contacts, contact_count, slots, points, anchors, geom_body, 
                 slid -= xmat[one, 3 * d + k] * points[pair, m, k]
             base[row + 1] -= pull * slid * contacts.frame[i, 3 + d]
             base[row + 2] -= pull * slid * contacts.frame[i, 6 + d]
-
-
-@compiled(CONTACTS, "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[:,:,::1] f8[::1] -> i8")
-def round_edges(  # pragma: no cover
-    contacts, contact_count, geom_type, geom_body, xpos, xmat, boxes, rounding
-):
-    """Move contacts of boxes and cylinders whose edges are round in an impulse engine; return 1 if any moved.
-
-    Its shapes are smaller ones with a ball at each point, except where two boxes meet, or one meets a plane.
-
-    boxes: (ngeom, 4, 3) middles of the shapes and their half axes in the frames of the bodies (m). rounding:
-    (ngeom,) radii of the balls (m), 0 for other shapes.
-    """
-    position, frame, dist = contacts.position, contacts.frame, contacts.dist
-    moved = 0
-    for i in range(contact_count):
-        a, b = contacts.geom[i, 0], contacts.geom[i, 1]
-        if a < 0 or b < 0 or (geom_type[a] == BOX and geom_type[b] == BOX):
-            continue
-        if geom_type[a] == PLANE or geom_type[b] == PLANE:
-            continue
-        for side in range(2):
-            geom = contacts.geom[i, side]
-            radius = rounding[geom]
-            if radius <= 0.0:
-                continue
-            sign = 1.0 if side == 0 else -1.0
-            nx, ny, nz = sign * frame[i, 0], sign * frame[i, 1], sign * frame[i, 2]
-            body = geom_body[geom]
-            px = position[i, 0] - 0.5 * dist[i] * nx
-            py = position[i, 1] - 0.5 * dist[i] * ny
-            pz = position[i, 2] - 0.5 * dist[i] * nz
-            cx, cy, cz = in_world(boxes, geom, 0, xmat, body)
-            rx, ry, rz = px - xpos[body, 0] - cx, py - xpos[body, 1] - cy, pz - xpos[body, 2] - cz
-            ex = ey = ez = 0.0  # from the smaller shape to the point
-            for axis in range(1, 4):
-                x, y, z = in_world(boxes, geom, axis, xmat, body)
-                half = np.sqrt(x * x + y * y + z * z)
-                along = (rx * x + ry * y + rz * z) / half
-                if geom_type[geom] == BOX or axis == 3:
-                    excess = along - min(max(along, radius - half), half - radius)
-                    ex, ey, ez = ex + excess * x / half, ey + excess * y / half, ez + excess * z / half
-                    if geom_type[geom] == CYLINDER:
-                        x, y, z = rx - along * x / half, ry - along * y / half, rz - along * z / half
-                        far = np.sqrt(x * x + y * y + z * z)
-                        fx, fy, fz = in_world(boxes, geom, 1, xmat, body)
-                        most = np.sqrt(fx * fx + fy * fy + fz * fz) - radius
-                        if far > most:
-                            share = 1.0 - most / far
-                            ex, ey, ez = ex + share * x, ey + share * y, ez + share * z
-            beyond = ex * nx + ey * ny + ez * nz
-            if beyond < 0.5 * radius:
-                continue
-            dx, dy, dz = radius * nx - ex, radius * ny - ey, radius * nz - ez
-            if dx * dx + dy * dy + dz * dz < UNMOVED:
-                continue
-            moved = 1
-            dist[i] += beyond - radius
-            position[i, 0] = px + dx + 0.5 * dist[i] * nx
-            position[i, 1] = py + dy + 0.5 * dist[i] * ny
-            position[i, 2] = pz + dz + 0.5 * dist[i] * nz
-    return moved
 
 
 @compiled(CONTACTS, "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[:,:,::1] u1[::1] i8")
@@ -391,6 +335,20 @@ def deepest(contacts, first, end, geom_type, geom_body, xpos, xmat):
         if depth < least:
             best, least = j, depth
     return best
+
+
+def refresh(points, pair, n, xpos, xmat, one, two, widths, reach):
+    """Note the gaps that points have now, and remove those that end; return how many are left.
+
+    Bullet does so before it adds those of a step where a shape is a compound, afterwards for all.
+    """
+    for m in range(n - 1, -1, -1):
+        gap, slid = located(points, pair, m, xpos, xmat, one, two, widths)[:2]
+        points[pair, m, 16] = gap
+        if gap - widths[0] - widths[1] > reach or slid > reach * reach:
+            n -= 1
+            copy_point(points, pair, n, points, pair, m)
+    return n
 
 
 def copy_point(points, pair, m, others, other_pair, other_m):
@@ -463,8 +421,11 @@ def least_useful(points, pair, fresh, dist, side, takes_new):
     return best
 
 
-def located(points, pair, m, xpos, xmat, one, two):
-    """Return a kept point's gap (m), the square of how far it slid (m²), and its middle in the world (m)."""
+def located(points, pair, m, xpos, xmat, one, two, widths):
+    """Return a kept point's gap (m), the square of how far it slid (m²), and its middle in the world (m).
+
+    Gap and middle are those of MuJoCo's shapes, outside of which the surfaces lie by the widths (m).
+    """
     px, py, pz = points[pair, m, 0], points[pair, m, 1], points[pair, m, 2]
     qx, qy, qz = points[pair, m, 3], points[pair, m, 4], points[pair, m, 5]
     nx, ny, nz = points[pair, m, 6], points[pair, m, 7], points[pair, m, 8]
@@ -477,7 +438,9 @@ def located(points, pair, m, xpos, xmat, one, two):
     gap = (bx - ax) * nx + (by - ay) * ny + (bz - az) * nz
     sx, sy, sz = bx - ax - gap * nx, by - ay - gap * ny, bz - az - gap * nz
     slid = sx * sx + sy * sy + sz * sz
-    return gap, slid, 0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz)
+    shift = 0.5 * (widths[1] - widths[0])
+    x, y, z = 0.5 * (ax + bx) + shift * nx, 0.5 * (ay + by) + shift * ny, 0.5 * (az + bz) + shift * nz
+    return gap + widths[0] + widths[1], slid, x, y, z
 
 
 @compiled(CONTACTS, "i8 i8 f8[:,::1]")

@@ -18,6 +18,7 @@ from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.deepest_points import WORK as SEARCHED
 from roboyard.sim.stepping.face_corners import SCRATCH
 from roboyard.sim.stepping.impulses.records import (
     CHECKED,
@@ -34,10 +35,12 @@ from roboyard.sim.stepping.impulses.records import (
     WORK,
     Points,
 )  # fmt: skip
+from roboyard.sim.stepping.shape_forms import ShapeForms
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.manifold_kernels")
+edge_kernels = lazy_module("roboyard.sim.stepping.edge_kernels")
 face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
@@ -138,27 +141,26 @@ class Manifolds:
         data: Any,
         found: StepRows,
         margins: Array,
-        boxes: Array,
-        compound: np.ndarray,
-        rounding: Array,
+        forms: ShapeForms,
     ) -> bool:
-        """Move contacts of round edges, and those across gaps that do not count, after mj_collision.
+        """Move contacts to where shapes are closest, and those across gaps that do not count.
 
         Args:
             model: MjModel.
             data: MjData.
             found: the contacts, of which there are some.
             margins: (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes.
-            boxes: (ngeom, 4, 3) boxes around the shapes; see the loops `round_edges` and `drop_gaps`.
-            compound: (ngeom,) whether they are parts of compounds.
-            rounding: (ngeom,) radii of their edges (m).
+            forms: of the shapes; see the loops `place_contacts` and `drop_gaps`.
 
         Returns:
-            Whether round edges moved a contact, so that constraints have to be made again.
+            Whether a contact was moved, so that constraints have to be made again.
         """
         contacts = found.contacts, found.counts[0], model.geom_type, model.geom_bodyid, data.xpos, data.xmat
-        moved = kernels().round_edges(*contacts, boxes, rounding)
-        kernels().drop_gaps(*contacts, margins, boxes, compound, int(self.keeps))
+        moved = edge_kernels().place_contacts(
+            *contacts, forms.boxes, forms.rounding, forms.hulls, forms.spans, forms.compound,
+            self.points.ages, int(self.keeps), self.points.fresh,
+        )  # fmt: skip
+        kernels().drop_gaps(*contacts, margins, forms.boxes, forms.compound, int(self.keeps))
         return moved == 1
 
     def update(
@@ -169,8 +171,7 @@ class Manifolds:
         margins: Array,
         reaches: Array,
         anchors: np.ndarray,
-        boxes: Array,
-        compound: np.ndarray,
+        forms: ShapeForms,
     ) -> bool:
         """Keep the points of the contacts found and add those of earlier steps, after mj_collision.
 
@@ -181,8 +182,7 @@ class Manifolds:
             margins: (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes.
             reaches: (ngeom,) gaps (m) from which on the geom's contacts do not push.
             anchors: (ngeom,) 1 for surfaces with anchors.
-            boxes: (ngeom, 4, 3) boxes around the shapes, of none where gaps do not matter.
-            compound: (ngeom,) whether they are parts of compounds.
+            forms: of the shapes, of none where gaps do not matter.
 
         Returns:
             Whether contacts were added or moved to anchors, so that constraints have to be made again.
@@ -199,7 +199,7 @@ class Manifolds:
             *(found.contacts, count, points.kinds, *bound.geoms, *bound.frames, margins, reaches),
             *(anchors, bound.seen),
             *(int(points.notes[PAIRS]), *before, *after, points.fresh, points.source, points.extra),
-            *(points.slots, points.notes, boxes, compound, points.ages),
+            *(points.slots, points.notes, forms.boxes, forms.compound, points.ages),
         )
         points.notes[TABLE], points.notes[EXTRA] = 1 - now, extra
         held = bool(points.notes[HELD])
@@ -335,7 +335,7 @@ def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, 
         keys=np.zeros((2, pairs), np.int64),
         counts=np.zeros((2, pairs), np.int32),
         points=np.zeros((2, pairs, 4, 17)),
-        fresh=np.zeros(SCRATCH),
+        fresh=np.zeros(max(SCRATCH, SEARCHED)),
         source=np.zeros(4 * pairs, np.int32),
         extra=np.zeros((4 * pairs, 13)),
         slots=np.full(5 * pairs, -1, np.int32),
@@ -379,16 +379,22 @@ def _creation_order(owners: np.ndarray, model: Any) -> tuple[np.ndarray, np.ndar
 
 @cache
 def _kinds_that_keep() -> np.ndarray:
-    """Return (8, 8) 1 for pairs of geom types of which MuJoCo then finds one point, but for round ones."""
+    """Return (8, 8) 1 for pairs of geom types that keep points: all but two balls, as in Bullet."""
     kinds = mujoco.mjtGeom
-    capsule, box = int(kinds.mjGEOM_CAPSULE), int(kinds.mjGEOM_BOX)
-    convex = [capsule, int(kinds.mjGEOM_ELLIPSOID), int(kinds.mjGEOM_CYLINDER), box, int(kinds.mjGEOM_MESH)]
+    convex = [
+        int(kind)
+        for kind in (
+            kinds.mjGEOM_CAPSULE,
+            kinds.mjGEOM_ELLIPSOID,
+            kinds.mjGEOM_CYLINDER,
+            kinds.mjGEOM_BOX,
+            kinds.mjGEOM_MESH,
+        )
+    ]
     keep = np.zeros((8, 8), np.uint8)
     keep[np.ix_(convex, convex)] = 1
-    keep[np.ix_([capsule, box], [capsule, box])] = 0  # of these it finds several points
-    keep[box, box] = 1
-    keep[int(kinds.mjGEOM_PLANE), convex] = keep[convex, int(kinds.mjGEOM_PLANE)] = 1
-    field = int(kinds.mjGEOM_HFIELD)  # of each of its prisms MuJoCo finds one
-    on_field = [int(kinds.mjGEOM_SPHERE), *convex]
-    keep[field, on_field] = keep[on_field, field] = 1
+    sphere = int(kinds.mjGEOM_SPHERE)
+    keep[sphere, convex] = keep[convex, sphere] = 1
+    surfaces = [int(kinds.mjGEOM_PLANE), int(kinds.mjGEOM_HFIELD)]  # of each prism of one it finds one
+    keep[np.ix_(surfaces, [sphere, *convex])] = keep[np.ix_([sphere, *convex], surfaces)] = 1
     return keep

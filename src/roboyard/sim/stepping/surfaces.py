@@ -16,6 +16,7 @@ from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.impulses.records import Surface
+from roboyard.sim.stepping.shape_forms import ShapeForms, no_forms
 from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
@@ -41,13 +42,12 @@ class Surfaces:
         """Function that returns the (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes."""
         self.reaches_of: Callable[[], np.ndarray] | None = None
         """Function that returns the (ngeom,) gaps (m) from which on contacts do not push."""
-        self.boxes_of: Callable[[], tuple[Array, np.ndarray, Array]] | None = None
-        """Function that returns (ngeom, 4, 3) boxes of shapes, (ngeom,) whether these are of compounds and
-        (ngeom,) radii of their edges (m); contacts then follow `drop_gaps` and `round_edges`."""
+        self.forms_of: Callable[[], ShapeForms] | None = None
+        """Returns the forms of shapes; contacts then follow `place_contacts` and `drop_gaps`."""
         self.soft: SoftBodies | None = None
         self._no_margins = self._no_reaches = np.zeros(0)
-        self._widths: tuple[int, tuple[Array, Array], tuple[Array, np.ndarray, Array]] | None = None
-        """Revision of the world, and what `margins_and_reaches` and `boxes` return in it."""
+        self._widths: tuple[int, tuple[Array, Array], ShapeForms] | None = None
+        """Revision of the world, and what `margins_and_reaches` and `forms` return in it."""
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
         self._drag: tuple[Any, ...] = ()
@@ -89,7 +89,7 @@ class Surfaces:
             rows: number of rows of constraints for which there is room.
         """
         margins, reaches = self.margins_and_reaches(model, data)
-        boxes, compound, rounding = self.boxes(model, data)
+        forms = self.forms(model, data)
         assert self._restitution_rows is not None and self._damping_rows is not None
         return Surface(
             friction=self._friction,
@@ -98,9 +98,11 @@ class Surfaces:
             damping=self._damping_rows,
             margins=np.ascontiguousarray(margins),
             reaches=np.ascontiguousarray(reaches),
-            boxes=boxes,
-            compound=compound,
-            rounding=rounding,
+            boxes=forms.boxes,
+            compound=forms.compound,
+            rounding=forms.rounding,
+            hulls=forms.hulls,
+            spans=forms.spans,
             anchors=self.anchors,
             base=self.normal_references(rows),
         )
@@ -113,12 +115,12 @@ class Surfaces:
                 self._look_up(model, data)
             margins = self.margins_of() if self.margins_of else self._no_margins
             reaches = self.reaches_of() if self.reaches_of else self._no_reaches
-            boxes = self.boxes_of() if self.boxes_of else _no_boxes()
-            known = self._widths = revision, (margins, reaches), boxes
+            forms = self.forms_of() if self.forms_of else no_forms()
+            known = self._widths = revision, (margins, reaches), forms
         return known[1]
 
-    def boxes(self, model: Any, data: Any) -> tuple[Array, np.ndarray, Array]:
-        """Return `boxes_of`: (ngeom, 4, 3) boxes, (ngeom,) whether they are parts and (ngeom,) radii (m)."""
+    def forms(self, model: Any, data: Any) -> ShapeForms:
+        """Return `forms_of`, the forms of all shapes."""
         self.margins_and_reaches(model, data)
         assert self._widths is not None
         return self._widths[2]
@@ -376,7 +378,3 @@ class Surfaces:
         for body_id, index in self._anchored:
             self.anchors[[geom.id for geom in bodies[body_id].built.links[index].geoms]] = 1
         return damping, restitution
-
-
-def _no_boxes() -> tuple[Array, np.ndarray, Array]:
-    return np.zeros((0, 4, 3)), np.zeros(0, np.uint8), np.zeros(0)

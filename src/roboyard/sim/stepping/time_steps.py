@@ -407,10 +407,10 @@ class Stepping:
     def _update_points(self, model: Any, data: Any, found: StepRows) -> bool:
         """Move contacts as the rules require and keep points; return whether any was moved or added."""
         margins, reaches = self.surfaces.margins_and_reaches(model, data)
-        boxes = self.surfaces.boxes(model, data)
-        moved = len(boxes[0]) > 0 and self.manifolds.move(model, data, found, margins, *boxes)
+        forms = self.surfaces.forms(model, data)
+        moved = len(forms.boxes) > 0 and self.manifolds.move(model, data, found, margins, forms)
         anchors = self.surfaces.anchors
-        return self.manifolds.update(model, data, found, margins, reaches, anchors, *boxes[:2]) or moved
+        return self.manifolds.update(model, data, found, margins, reaches, anchors, forms) or moved
 
     def _complete_rows(self, model: Any, data: Any, found: StepRows) -> None:
         """Make the rest of MuJoCo's arrays of constraints after its rows."""

@@ -8,6 +8,7 @@ from roboyard.sim.stepping.impulses.contact_jacobian import write_contact_rows
 from roboyard.sim.stepping.impulses.contact_order import order_contacts
 from roboyard.sim.stepping.impulses.entries import copy_entries, entry_of, place_of
 from roboyard.sim.stepping.impulses.grouping import gather_groups
+from roboyard.sim.stepping.impulses.point_pairs import push_at_points
 from roboyard.sim.stepping.impulses.records import TAKEN_UP, WITHOUT_CONTACTS
 from roboyard.sim.stepping.impulses.rows import choose_trees, order_rows
 from roboyard.sim.stepping.impulses.slide_directions import turn_slides
@@ -57,6 +58,8 @@ def arrange(rows, contacts, search, mechanism, state, points, surface, solver, w
         if found + left == count and surface.boxes.shape[0] > 0:
             turn_slides(contacts, sequence, mechanism, surface, points, solver, velocity)
         slide_on_margins(geom, address, sequence, contacts, mechanism, state, surface, solver, velocity)
+        if surface.boxes.shape[0] > 0:
+            push_at_points(geom, address, sequence, contacts, mechanism, state, points, solver, velocity)
     for n in range(solver.ends[0]):
         row = solver.order[n, 0]
         if kind[row] == 0:

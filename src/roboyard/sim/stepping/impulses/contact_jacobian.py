@@ -1,11 +1,14 @@
 """The Jacobian of contacts, from MuJoCo's motion axes of degrees of freedom.
 
 Where Roboyard solves all rows, MuJoCo need not make those of contacts. What is written here is what it would
-write, for sliding rows at a point on each of the two surfaces instead of the middle between them.
+write, but that each body is pushed where its point is kept, and along the surface at the surface, instead of
+at the middle between both.
 """
 
 from __future__ import annotations
 
+from roboyard.sim.stepping.impulses.point_pairs import slid_from_contact
+from roboyard.sim.stepping.impulses.records import TABLE
 from roboyard.sim.stepping.impulses.slide_directions import turn_frame
 
 
@@ -19,20 +22,24 @@ def write_contact_rows(  # pragma: no cover
     """
     order, ends, frame, address = solver.order, solver.ends, contacts.frame, contacts.address
     normal, spinning, rolling, sliding = ends[0], ends[1], ends[2], ends[3]
+    kept = points.points[points.notes[TABLE]]
     for k in range(sequence.shape[0]):
         i = sequence[k]
         if address[i] < 0 or normal >= ends[1] or order[normal, 0] != address[i]:
             continue
         dim = contacts.dim[i]
+        slot = points.slots[i] if surface.boxes.shape[0] > 0 else -1
         if dim > 2 and surface.boxes.shape[0] > 0:
             a, b = contacts.geom[i, 0], contacts.geom[i, 1]
             turn_frame(frame, i, a, b, mechanism.geom_type, surface.compound, points.ages)
         if dim > 2:
-            write_moves(contacts, i, mechanism, state, surface.margins, solver, normal, sliding)
+            write_moves(
+                contacts, i, mechanism, state, surface.margins, kept, slot, solver, normal, sliding
+            )  # fmt: skip
             sliding += 2
         else:
             clear(solver, normal, 1)
-            write_approach(contacts, i, mechanism, state, solver, normal)
+            write_approach(contacts, i, mechanism, state, kept, slot, solver, normal)
         if dim > 3:
             clear(solver, spinning, 1)
             write_turn(contacts, i, mechanism, state, solver, spinning, 0)
@@ -67,10 +74,26 @@ def is_one_body(mechanism, tree):
     )
 
 
-def write_moves(contacts, i, mechanism, state, margins, solver, n, m):  # pragma: no cover
+def arm_of(contacts, i, mechanism, state, kept, slot, side):
+    """Return the way (m) to a contact's place on one body from the centre of mass of the body's tree."""
+    body = mechanism.geom_body[contacts.geom[i, side]]
+    root = mechanism.body_root[body]
+    x = contacts.position[i, 0] - state.subtree_com[root, 0]
+    y = contacts.position[i, 1] - state.subtree_com[root, 1]
+    z = contacts.position[i, 2] - state.subtree_com[root, 2]
+    if slot < 0:
+        return x, y, z
+    u, v, w = slid_from_contact(contacts, i, kept, slot, side, body, state.xpos, state.xmat)
+    return x + u, y + v, z + w
+
+
+def write_moves(  # pragma: no cover
+    contacts, i, mechanism, state, margins, kept, slot, solver, n, m
+):
     """Write the velocity of contact i's second body less that of the first into rows n, m and m + 1.
 
-    Those are along the normal, at the contact's place, and along both tangents, at the two surfaces.
+    Those are along the normal, at the place that the contact's point has on each body, and along both
+    tangents, there at the surface. kept, slot: the points and the place of this one, -1 for none.
     """
     frame, jacobian, cdof = contacts.frame, solver.jacobian, state.cdof
     x, y, z = frame[i, 0], frame[i, 1], frame[i, 2]
@@ -83,12 +106,10 @@ def write_moves(contacts, i, mechanism, state, margins, solver, n, m):  # pragma
         if tree < 0:
             continue
         body = mechanism.geom_body[geom]
-        root = mechanism.body_root[body]
         sign = -1.0 if side == 0 else 1.0
         shift = half - margins[geom]
-        px = sign * (contacts.position[i, 0] - state.subtree_com[root, 0])
-        py = sign * (contacts.position[i, 1] - state.subtree_com[root, 1])
-        pz = sign * (contacts.position[i, 2] - state.subtree_com[root, 2])
+        px, py, pz = arm_of(contacts, i, mechanism, state, kept, slot, side)
+        px, py, pz = sign * px, sign * py, sign * pz
         ax, ay, az = py * z - pz * y, pz * x - px * z, px * y - py * x
         # arms of the tangents; the normal times the first one is the second, times that less the first
         bx, by, bz = py * uz - pz * uy, pz * ux - px * uz, px * uy - py * ux
@@ -128,7 +149,7 @@ def write_moves(contacts, i, mechanism, state, margins, solver, n, m):  # pragma
             body = mechanism.body_parent[body]
 
 
-def write_approach(contacts, i, mechanism, state, solver, n):  # pragma: no cover
+def write_approach(contacts, i, mechanism, state, kept, slot, solver, n):  # pragma: no cover
     """Do what `write_moves` does, along the normal alone."""
     frame, jacobian, cdof = contacts.frame, solver.jacobian, state.cdof
     x, y, z = frame[i, 0], frame[i, 1], frame[i, 2]
@@ -138,11 +159,8 @@ def write_approach(contacts, i, mechanism, state, solver, n):  # pragma: no cove
         if tree < 0:
             continue
         body = mechanism.geom_body[geom]
-        root = mechanism.body_root[body]
         sign = -1.0 if side == 0 else 1.0
-        px = contacts.position[i, 0] - state.subtree_com[root, 0]
-        py = contacts.position[i, 1] - state.subtree_com[root, 1]
-        pz = contacts.position[i, 2] - state.subtree_com[root, 2]
+        px, py, pz = arm_of(contacts, i, mechanism, state, kept, slot, side)
         ax, ay, az = py * z - pz * y, pz * x - px * z, px * y - py * x
         place = first_place(solver, n, tree)
         while body > 0:

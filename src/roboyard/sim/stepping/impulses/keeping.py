@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from roboyard.sim.stepping.edge_kernels import place_contacts
 from roboyard.sim.stepping.impulses.records import (
     DONE,
     EXTRA,
@@ -19,7 +20,6 @@ from roboyard.sim.stepping.manifold_kernels import (
     copy_contacts,
     drop_gaps,
     keep_points,
-    round_edges,
     write_points,
 )
 
@@ -32,9 +32,10 @@ def keep(rows, contacts, search, mechanism, state, points, surface, rules):  # p
     points.notes[EXTRA] = 0
     moved = 0
     if surface.boxes.shape[0] > 0:
-        moved = round_edges(
+        moved = place_contacts(
             contacts, contact_count, mechanism.geom_type, mechanism.geom_body, state.xpos, state.xmat,
-            surface.boxes, surface.rounding,
+            surface.boxes, surface.rounding, surface.hulls, surface.spans, surface.compound, points.ages,
+            1 if rules[KEEPS_POINTS] > 0.0 else 0, points.fresh,
         )  # fmt: skip
         drop_gaps(
             contacts, contact_count, mechanism.geom_type, mechanism.geom_body, state.xpos, state.xmat,

@@ -203,6 +203,8 @@ class Surface(NamedTuple):
     """(ngeom, 4, 3) boxes of `drop_gaps`; of no geom where all gaps count."""
     compound: np.ndarray
     rounding: np.ndarray
+    hulls: np.ndarray
+    spans: np.ndarray
     anchors: np.ndarray
     base: np.ndarray
     """(nefc,) or longer: references of normals before the correction for sliding."""
@@ -276,7 +278,8 @@ POINTS = record(
 )
 SURFACE = record(
     Surface,
-    "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] u1[::1] f8[::1] u1[::1] f8[::1]",
+    "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] u1[::1] f8[::1] f8[:,::1] i4[:,::1]"
+    " u1[::1] f8[::1]",
 )
 SOLVER = record(
     Solver,

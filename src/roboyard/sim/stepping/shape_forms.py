@@ -1,0 +1,35 @@
+"""The forms of shapes where contacts follow the rules of an impulse engine."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roboyard._records import dataclass
+from roboyard.transforms import Array
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class ShapeForms:
+    """Boxes, edges and hulls of all geoms; of none where contacts are MuJoCo's."""
+
+    boxes: Array
+    """(ngeom, 4, 3) middle and three half axes of the box around each shape, in the frame of its body (m)."""
+    compound: np.ndarray
+    """(ngeom,) 1 for the parts of compounds."""
+    rounding: Array
+    """(ngeom,) radii of the edges (m), 0 for shapes without."""
+    hulls: Array
+    """(n, 3) corners of all convex hulls in the frames of their bodies (m)."""
+    spans: np.ndarray
+    """(ngeom, 2) first corner and number of corners of each geom's hull, none where it has none."""
+
+
+def no_forms() -> ShapeForms:
+    """Return the forms of no geoms."""
+    return ShapeForms(
+        boxes=np.zeros((0, 4, 3)),
+        compound=np.zeros(0, np.uint8),
+        rounding=np.zeros(0),
+        hulls=np.zeros((0, 3)),
+        spans=np.zeros((0, 2), np.int32),
+    )
