@@ -133,7 +133,7 @@ def resetBasePositionAndOrientation(
     q = quaternion(ornObj, "orientation needs a 4 coordinates, quaternion [x,y,z,w].")
     scene = client.scene
     record = scene.bodies.get(whole(bodyUniqueId))
-    if record is None:
+    if record is None or (record.placed is not None and record.placed == (p, q) and record.body.is_fixed):
         return
     x, y, z, w = q
     length = sqrt(x * x + y * y + z * z + w * w)

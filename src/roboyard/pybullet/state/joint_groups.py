@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 NO_REACTION = (0.0,) * 6
 _CACHE_SIZE = 64
+_singles = Struct("d").iter_unpack
 
 
 class JointGroup:
@@ -34,6 +35,7 @@ class JointGroup:
         "_pack",
         "_positions",
         "_reactions",
+        "_rows",
         "_velocities",
         "_words",
         "is_free",
@@ -52,6 +54,7 @@ class JointGroup:
         self._velocities = np.array([record.velocity_addresses[joint] for joint in joints], dtype=np.int64)
         self._reactions = (NO_REACTION,) * len(joints)
         self._out = np.zeros((3, len(joints)))
+        self._rows = tuple(row.data for row in self._out)
         self._kernels = state_kernels  # whose loops become built-ins when they are loaded
         self._given, self._pack = np.zeros(len(joints)), Struct(f"{len(joints)}d").pack_into
         self._words = self._given.data
@@ -66,6 +69,11 @@ class JointGroup:
 
         `forces`: (nv,) motor efforts (N m or N).
         """
+        if not record.motors_off:
+            places = self._positions, self._velocities
+            self._kernels.joint_states(record.qpos, record.qvel, forces, *places, self._out)
+            a, b, c = self._rows
+            return tuple(zip(_singles(a), _singles(b), self._reactions, _singles(c), strict=True))
         positions, velocities, applied = map(zip, self._numbers(record, forces))
         return tuple(zip(positions, velocities, self._reactions, applied, strict=True))
 
