@@ -22,6 +22,8 @@ _STANDARD = os.path.dirname(os.__file__)
 """Folder of Python's library."""
 _INSTALLED = ("site-packages", "dist-packages")
 """Names of the folders of installed packages."""
+_FEW = 4
+"""Modules beyond a file for which it is written again."""
 
 
 class Libraries:
@@ -67,7 +69,7 @@ class Libraries:
 
 
 def _store(root: str, prefix: str, spec: ModuleSpec) -> StoredModules:
-    stores.append(StoredModules(root, prefix, many_for(spec)))
+    stores.append(StoredModules(root, prefix, min(_FEW, many_for(spec))))
     return stores[-1]
 
 
