@@ -23,7 +23,7 @@ from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.contact_rows import ContactRows
 from roboyard.sim.stepping.impulses import records as r
-from roboyard.sim.stepping.impulses.lanes import PLACES, STRIDE
+from roboyard.sim.stepping.impulses.layout import PLACES, STRIDE
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
