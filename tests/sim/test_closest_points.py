@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import linprog, minimize
 from scipy.spatial.transform import Rotation
 
-from roboyard.sim.stepping.closest_points import (
+from roboyard.sim.stepping.narrow_phase.closest_points import (
     AROUND,
     BOX,
     CAPSULE,
@@ -21,7 +21,7 @@ from roboyard.sim.stepping.closest_points import (
     closest_of_segments,
     closest_points,
 )
-from roboyard.sim.stepping.deepest_points import WORK, deepest_points
+from roboyard.sim.stepping.narrow_phase.deepest_points import WORK, deepest_points
 
 SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 
