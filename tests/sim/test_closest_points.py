@@ -37,7 +37,7 @@ def _work(*cores: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
 def _random_pair(rng: np.random.Generator, way: float):
     """Return hulls of random points, about so far apart: corners, spans, corners in the world, and work."""
     hulls = [rng.normal(size=(n, 3)) * 0.1 for n in (8, 12)]
-    axes = [Rotation.random(random_state=rng).as_matrix() for _ in hulls]
+    axes = [Rotation.from_quat(rng.normal(size=4)).as_matrix() for _ in hulls]
     places = [np.zeros(3), way * rng.normal(size=3)]
     corners = [h @ a.T + x for h, a, x in zip(hulls, axes, places, strict=True)]
     work = _work(*((x, a, np.zeros(3)) for x, a in zip(places, axes, strict=True)))
@@ -113,7 +113,7 @@ def test_a_ball_and_a_capsule_beside_a_box(kind: int):
     rng, nothing, spans = np.random.default_rng(3), np.zeros((0, 3)), np.zeros((2, 2), np.int32)
     half = np.array([0.3, 0.2, 0.1])
     for _ in range(30):
-        axes, place = Rotation.random(random_state=rng).as_matrix(), rng.normal(size=3)
+        axes, place = Rotation.from_quat(rng.normal(size=4)).as_matrix(), rng.normal(size=3)
         length = 0.2 if kind == CAPSULE else 0.0
         points = place + np.linspace(-length, length, 20001)[:, None] * axes[:, 2]
         wanted = np.linalg.norm(points - np.clip(points, -half, half), axis=1).min()
@@ -156,7 +156,7 @@ def test_corners_of_boxes_are_those_of_hulls():
     hulls, spans = np.concatenate([SIGNS * half, SIGNS * half]), np.array([[0, 8], [8, 8]], np.int32)
     for _ in range(20):
         poses = [
-            (x, Rotation.random(random_state=rng).as_matrix(), half)
+            (x, Rotation.from_quat(rng.normal(size=4)).as_matrix(), half)
             for x in (np.zeros(3), rng.normal(size=3))
         ]
         work = _work(*poses)
