@@ -45,7 +45,7 @@ def _random_pair(rng: np.random.Generator, way: float):
 
 
 def _distance(one: np.ndarray, two: np.ndarray) -> float:
-    """The distance of two hulls, by least squares over the shares of their corners, which must sum up to 1."""
+    """The distance of two hulls, by least squares over the shares of their corners, which sum up to 1."""
     n, m = len(one), len(two)
     sums = 1e4 * np.array([[1] * n + [0] * m, [0] * n + [1] * m])
     shares, _ = nnls(np.vstack([np.c_[one.T, -two.T], sums]), [0, 0, 0, 1e4, 1e4])
