@@ -18,7 +18,6 @@ from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
-from roboyard.sim.stepping.deepest_points import WORK as SEARCHED
 from roboyard.sim.stepping.face_corners import SCRATCH
 from roboyard.sim.stepping.impulses.records import (
     CHECKED,
@@ -35,12 +34,13 @@ from roboyard.sim.stepping.impulses.records import (
     WORK,
     Points,
 )  # fmt: skip
+from roboyard.sim.stepping.narrow_phase.deepest_points import WORK as SEARCHED
 from roboyard.sim.stepping.shape_forms import ShapeForms
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.manifold_kernels")
-edge_kernels = lazy_module("roboyard.sim.stepping.edge_kernels")
+edge_kernels = lazy_module("roboyard.sim.stepping.narrow_phase.edge_kernels")
 face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)

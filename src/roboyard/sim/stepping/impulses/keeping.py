@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from roboyard.sim.stepping.edge_kernels import place_contacts
 from roboyard.sim.stepping.impulses.records import (
     DONE,
     EXTRA,
@@ -22,6 +21,7 @@ from roboyard.sim.stepping.manifold_kernels import (
     keep_points,
     write_points,
 )
+from roboyard.sim.stepping.narrow_phase.edge_kernels import place_contacts
 
 
 def keep(rows, contacts, search, mechanism, state, points, surface, rules):  # pragma: no cover

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.native import compiled
-from roboyard.sim.stepping.closest_points import (
+from roboyard.sim.stepping.face_corners import in_world
+from roboyard.sim.stepping.impulses.slide_directions import comes_second
+from roboyard.sim.stepping.narrow_phase.closest_points import (
     AROUND,
     FIRST,
     FLAT,
@@ -15,9 +17,7 @@ from roboyard.sim.stepping.closest_points import (
     closest_points,
     farthest,
 )  # fmt: skip
-from roboyard.sim.stepping.deepest_points import deepest_points
-from roboyard.sim.stepping.face_corners import in_world
-from roboyard.sim.stepping.impulses.slide_directions import comes_second
+from roboyard.sim.stepping.narrow_phase.deepest_points import deepest_points
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
 PLANE, FIELD, SPHERE, CAPSULE, CYLINDER, BOX, MESH = 0, 1, 2, 3, 5, 6, 7
@@ -276,7 +276,7 @@ def corner_in_face(frame, i, kind, hulls, spans, geom, box, hull, wide, work):
     elif (kind in (CYLINDER, CAPSULE) and abs(dz) < LEVEL) or (
         kind == CYLINDER and dx * dx + dy * dy < LEVEL * LEVEL
     ):
-        return -1.0, False  # an edge or a face of it lies along the face
+        return -1.0, False  # an edge or a face of it is along the face
     x, y, z = farthest(kind, hulls, spans[geom, 0], spans[geom, 1], work, hull, -nx, -ny, -nz)
     x, y, z = x - work[box], y - work[box + 1], z - work[box + 2]
     apart = nx * x + ny * y + nz * z - work[box + 12 + axis]

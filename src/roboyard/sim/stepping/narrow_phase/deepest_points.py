@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.sim.stepping.closest_points import (
+from roboyard.sim.stepping.narrow_phase.closest_points import (
     FIRST,
     FOUND,
     PART,
@@ -18,7 +18,7 @@ from roboyard.sim.stepping.closest_points import (
     farthest,
     nearest_on_face,
 )
-from roboyard.sim.stepping.closest_points import WORK as SEARCHED
+from roboyard.sim.stepping.narrow_phase.closest_points import WORK as SEARCHED
 
 MOST_CORNERS, MOST_FACES = 96, 400
 """Of the polytope; a search that needs more of them ends."""
