@@ -28,7 +28,7 @@ ARM = """<robot name="a"><link name="base"/>
 <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="100" velocity="10"/></joint>
 <joint name="fixed" type="fixed"><parent link="lower"/><child link="hand"/><origin xyz="0 0 0.35"/></joint>
 </robot>"""
-"""Two links and a hand that swing down onto what lies beside them."""
+"""Two links and a hand that swing down onto what is beside them."""
 TWO = """<mujoco><worldbody>
 <body name="one" pos="0 0 1"><joint name="a" type="slide" axis="0 0 1"/><geom size="0.1" mass="1"/></body>
 <body name="two" pos="1 0 1"><joint name="b" type="slide" axis="0 0 1"/><geom size="0.1" mass="3"/></body>
@@ -38,7 +38,7 @@ STEPS = 12
 
 @pytest.fixture(params=[0, 10**9], ids=["made here", "MuJoCo's"])
 def fewest(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    """The number of contacts from which on rows are made as they are solved."""
+    """The number of pairs from which on rows are made as they are solved."""
     monkeypatch.setattr(time_steps, "FEWEST", request.param)
     yield request.param
 

@@ -100,7 +100,7 @@ def test_worlds_of_many_bodies_are_solved_in_rounds(client: int) -> None:
     ("height", "steps", "top"), [(10, 240, 0.94852), (15, 600, 1.4384), (15, 1400, 0.05)]
 )
 def test_columns_stand_and_fall_as_in_pybullet(client: int, height: int, steps: int, top: float) -> None:
-    """The high one leans after 600 steps and lies after 1400; between them cubes tumble."""
+    """The high one leans after 600 steps and is down after 1400; between them cubes tumble."""
     ((column, _),) = columns(1, height, steps)
     assert height_of(column[height - 1]) == pytest.approx(top, abs=5e-3)
 

@@ -20,7 +20,7 @@ SCENE = """<mujoco><option cone="elliptic"/><worldbody><geom type="plane" size="
   <body pos="0 0 0.1"><freejoint/><geom type="box" size="0.1 0.1 0.1" condim="6"/></body>
   <body pos="1 0 0.5"><joint name="a" axis="0 1 0" range="-0.1 0.1" limited="true" frictionloss="0.3"/>
     <geom type="capsule" size="0.05" fromto="0 0 0 0.4 0 0.1"/></body></worldbody></mujoco>"""
-CONTACT = ("geom", "efc_address", "dim", "dist", "pos", "frame", "friction", "mu")
+CONTACT = ("geom", "efc_address", "dim", "dist", "pos", "frame", "friction", "mu", "exclude")
 
 
 @pytest.fixture

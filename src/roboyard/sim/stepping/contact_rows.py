@@ -19,10 +19,13 @@ from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
 from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.transforms import Array
 
-kernels = lazy_module("roboyard.sim.stepping.contact_row_kernels")
+kernels = lazy_module("roboyard.sim.stepping.impulses.contact_row_kernels")
 
-FEWEST = 12
-"""Contacts of a step from which on the next one is executed in this way."""
+FEWEST = 4
+"""Pairs with kept points in a step from which on the next one is executed in this way.
+
+Results differ from those with MuJoCo's rows in the last digits; the pairs are part of a saved state, so that
+it goes on to the last bit."""
 _NO_CONTACTS = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 
 

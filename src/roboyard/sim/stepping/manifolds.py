@@ -96,6 +96,11 @@ class Manifolds:
         """Whether points are kept in this world, once `prepare` has been called."""
         return self._bound is not None and self._bound.keeps
 
+    @property
+    def pair_count(self) -> int:
+        """Number of pairs with points, once `prepare` has been called."""
+        return self.points.notes.item(PAIRS)
+
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new, or that bodies were added or removed."""
         if self._bound is not None:

@@ -105,12 +105,6 @@ class StepRows:
         self.counts = _UNPACK(self._block.counts)
         return self.counts
 
-    @property
-    def contact_count(self) -> int:
-        """Number of contacts that MuJoCo has found by now, for arrays that are in its block."""
-        assert self._block is not None
-        return self._block.counts[0]
-
     def leave_memory(self) -> None:
         """Pass the arrays of MuJoCo's module from now on, since its addresses are not as expected."""
         self._block, self.is_direct = None, False
@@ -179,7 +173,7 @@ class _Block:
         )
         first = data.energy.ctypes.data + known.counts
         numbers_of_rows: Any = (ctypes.c_int32 * len(_COUNTS)).from_address(first)
-        self.counts = memoryview(numbers_of_rows).cast("B").cast("i")
+        self.counts = memoryview(numbers_of_rows)
         counts = np.frombuffer(numbers_of_rows, np.int32)
         place = address, size, known.contact_size, degrees, is_sparse
         self.search = Search(words, known.places, counts, starts, *place)

@@ -226,7 +226,7 @@ class Stepping:
         if self._is_bounded:
             self.constraints.prepare(model)
         slides = self._slides
-        if self._makes_rows and not slides and found.is_direct and found.contact_count >= FEWEST:
+        if self._makes_rows and not slides and found.is_direct and self.manifolds.pair_count >= FEWEST:
             if self._solve_contacts(model, data, found):
                 mujoco.mj_Euler(model, data)
                 return

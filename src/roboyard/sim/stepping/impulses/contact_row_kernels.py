@@ -7,8 +7,8 @@ from roboyard.sim.stepping.impulses.records import DONE, LOST, OTHERS, ROOM, ROW
 from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS, are_found
 
 NUMBERED = -2
-"""What a contact has as its address in MuJoCo's array, less the number of its first row; to MuJoCo one with a
-negative address has no rows."""
+"""Address in MuJoCo's array of the contact with the first row, 0; those of others are lower by their rows. To
+MuJoCo a contact with a negative address has no rows."""
 
 
 @compiled(ROWS, CONTACTS, SEARCH, ROWS, "f8[::1] f8[::1] i4[::1] i4[::1] -> i8")
