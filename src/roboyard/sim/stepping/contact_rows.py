@@ -21,7 +21,7 @@ from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.impulses.contact_row_kernels")
 
-FEWEST = 4
+FEWEST = 8
 """Pairs with kept points in a step from which on the next one is executed in this way.
 
 Results differ from those with MuJoCo's rows in the last digits; the pairs are part of a saved state, so that
