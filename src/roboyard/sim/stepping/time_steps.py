@@ -230,7 +230,7 @@ class Stepping:
             if self._solve_contacts(model, data, found):
                 mujoco.mj_Euler(model, data)
                 return
-            self._makes_rows, remade = False, True
+            self._makes_rows, remade, answer = False, True, r.OTHERS
         else:
             mujoco.mj_step1(model, data)
             answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
