@@ -328,7 +328,8 @@ def _replace(self: Any, /, **values: Any) -> Any:
     """Return a tuple like this one with other values for some fields."""
     result = self._make(map(values.pop, self._fields, self))
     if values:
-        raise ValueError(f"Got unexpected field names: {list(values)!r}")
+        kind = TypeError if sys.version_info >= (3, 13) else ValueError
+        raise kind(f"Got unexpected field names: {list(values)!r}")
     return result
 
 
@@ -350,6 +351,8 @@ _TUPLE_METHODS: dict[str, Any] = {
     "_asdict": _as_dict,
     "__getnewargs__": lambda self: tuple(self),
 }
+if sys.version_info >= (3, 13):
+    _TUPLE_METHODS["__replace__"] = _replace
 
 
 class _TupleBase:
