@@ -208,6 +208,20 @@ def is_private(stats: os.stat_result) -> bool:
     )
 
 
+def private_lines(path: str) -> list[str]:
+    """Return the lines of a text that only the user may write, as may its folder; none without one."""
+    try:
+        file = os.open(path, os.O_RDONLY)
+        try:
+            stats = os.fstat(file)
+            text = os.read(file, stats.st_size).decode() if is_private(stats) else ""
+        finally:
+            os.close(file)
+        return text.split("\n") if is_private(os.stat(os.path.dirname(path))) else []
+    except (OSError, ValueError):
+        return []
+
+
 def write_for_the_user(path: str, pieces: Sequence[bytes | memoryview]) -> None:
     """Write a file, which other processes may read or write meanwhile; without a place for it, do nothing."""
     folder = os.path.dirname(path)

@@ -20,7 +20,7 @@ from types import ModuleType
 from typing import Any
 from zlib import crc32
 
-from roboyard._bytecode import is_private, user_cache, write_for_the_user
+from roboyard._bytecode import private_lines, user_cache, write_for_the_user
 
 PARTS = ("_callbacks", "_constants", "_errors", "_functions", "_specs", "_structs")
 """Extension modules whose names `mujoco` has."""
@@ -136,19 +136,8 @@ def parts_are_loaded() -> bool:
 def stored_lines(spec: ModuleSpec) -> list[str] | None:
     """Return what `store` wrote about the same files of MuJoCo; None if it did not."""
     key, path = _key(spec), _path(spec)
-    try:
-        file = os.open(path, os.O_RDONLY)
-        try:
-            stats = os.fstat(file)
-            text = os.read(file, stats.st_size).decode() if is_private(stats) else ""
-        finally:
-            os.close(file)
-        if not is_private(os.stat(os.path.dirname(path))):
-            return None
-    except (OSError, ValueError):
-        return None
-    lines = text.split("\n")
-    return lines[1:-1] if key and (lines[0], lines[-1]) == (key, _HEAD) else None
+    lines = private_lines(path)
+    return lines[1:-1] if key and lines and (lines[0], lines[-1]) == (key, _HEAD) else None
 
 
 def store(spec: ModuleSpec) -> None:

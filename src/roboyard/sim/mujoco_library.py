@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
-from roboyard._bytecode import is_private, user_cache, write_for_the_user
+from roboyard._bytecode import private_lines, user_cache, write_for_the_user
 from roboyard._mujoco import mujoco
 
 _FORMAT = "roboyard 1"
@@ -55,7 +55,7 @@ def stored_numbers(name: str, find: Callable[[], Sequence[int]]) -> list[int]:
     """
     key = _state_of_files()
     path = f"{user_cache()}/mujoco/numbers-{name}-{crc32(os.fsencode(str(mujoco.__file__))):08x}"
-    lines = _private_lines(path)
+    lines = private_lines(path)
     if key and len(lines) == 3 and (lines[0], lines[2]) == (key, _FORMAT):
         return [int(word) for word in lines[1].split()]
     found = [int(number) for number in find()]
@@ -63,20 +63,6 @@ def stored_numbers(name: str, find: Callable[[], Sequence[int]]) -> list[int]:
         text = f"{key}\n{' '.join(map(str, found))}\n{_FORMAT}"
         write_for_the_user(path, [text.encode()])
     return found
-
-
-def _private_lines(path: str) -> list[str]:
-    """Return the lines of a file that only the user may write; none without one."""
-    try:
-        file = os.open(path, os.O_RDONLY)
-        try:
-            stats = os.fstat(file)
-            text = os.read(file, stats.st_size).decode() if is_private(stats) else ""
-        finally:
-            os.close(file)
-        return text.split("\n") if is_private(os.stat(os.path.dirname(path))) else []  # noqa: PTH116, PTH120
-    except (OSError, ValueError):
-        return []
 
 
 def _state_of_files() -> str:

@@ -8,6 +8,7 @@ so that it knows no force of them; `forces` does.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -42,24 +43,14 @@ class ContactRows:
 
     def find(self, model: Any, data: Any, found: StepRows) -> int:
         """Compute all that mj_step1 does but rows; return the number of rows of joints and equalities."""
-        option = model.opt
-        option.disableflags |= _NO_CONTACTS
-        try:
-            mujoco.mj_step1(model, data)
-        finally:
-            option.disableflags &= ~_NO_CONTACTS
+        _without_contacts(mujoco.mj_step1, model, data)
         count = found.counts_now()[ALL]
         mujoco.mj_collision(model, data)
         return count
 
     def make_others(self, model: Any, data: Any) -> None:
         """Let MuJoCo make the rows of joints and equalities."""
-        option = model.opt
-        option.disableflags |= _NO_CONTACTS
-        try:
-            mujoco.mj_makeConstraint(model, data)
-        finally:
-            option.disableflags &= ~_NO_CONTACTS
+        _without_contacts(mujoco.mj_makeConstraint, model, data)
 
     def take(self, found: StepRows, surface: Any) -> int:
         """Take MuJoCo's rows and number those of contacts; return what `take_rows` does."""
@@ -100,6 +91,16 @@ class ContactRows:
         out = np.zeros((count, 6))
         kernels().read_forces(found.contacts, count, self._rows.force, out)
         return out
+
+
+def _without_contacts(call: Callable[[Any, Any], None], model: Any, data: Any) -> None:
+    """Call one of MuJoCo's functions without contacts."""
+    option = model.opt
+    option.disableflags |= _NO_CONTACTS
+    try:
+        call(model, data)
+    finally:
+        option.disableflags &= ~_NO_CONTACTS
 
 
 def contact_wrenches(model: Any, data: Any, forces: Array) -> Array:
