@@ -10,6 +10,7 @@ import pytest
 
 from roboyard.sim.mujoco_library import mujoco_library
 from roboyard.sim.stepping import face_contacts
+from roboyard.sim.stepping.shape_forms import PLACED
 
 ONE_POINT = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
 MARGIN = 0.02
@@ -104,6 +105,11 @@ def test_it_declines_where_a_face_decides_nothing():
         return face_contacts.touch_face.core(model._address, data._address, written.ctypes.data, 0, 1, 0.0)
 
     assert answer(0.0, 0.0) == -1
+    model.opt.disableflags |= PLACED
+    assert answer(0.0, 0.0) == 1
+    assert written[0] == pytest.approx(-0.01, abs=1e-9)
+    np.testing.assert_allclose(written[1:4], [-1, -1, 0.995], atol=1e-9)
+    model.opt.disableflags &= ~PLACED
     assert answer(0.0, 0.01) == 1
     assert written[0] == pytest.approx(-0.01, abs=1e-9)
     np.testing.assert_allclose(written[4:], [0, 0, 1, 0, 0, 0], atol=1e-12)

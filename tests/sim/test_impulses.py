@@ -11,7 +11,7 @@ from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import kernels as step_kernels
 from roboyard.sim.stepping import sequential_motors
-from roboyard.sim.stepping.impulses import inertia, lanes, layout, solving
+from roboyard.sim.stepping.impulses import inertia, lanes, layout, table
 from roboyard.sim.stepping.impulses.records import BLOCK, DENSE, KEEP, LINES, OTHERS, SOLVE
 from roboyard.sim.stepping.step_rows import ALL
 
@@ -128,9 +128,9 @@ def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, arm: int, ro
         if by_table:
             across = np.zeros((nv, width))
             across[:, :10] = scaled.T
-            solving.solve_by_table(
-                *(rows, spans, goals, ends, parts, across, rounds, 0.0),
-                *(np.zeros((10, width)), np.zeros((LINES, width)), change),
+            table.solve_by_table(
+                *(rows, spans, goals, ends, parts, across.ravel(), rounds, 0.0),
+                *(np.full(10 * width, np.nan), np.full(LINES * width, np.nan), change),
             )
         else:
             by_lanes(given, scaled, np.zeros(2, np.uint8), goals, rounds, change)
@@ -256,6 +256,27 @@ def test_piles_in_lanes_are_the_plain_loop(seed: int, sizes: list[int]) -> None:
         assert (expected[given["ends"][1] :] != 0.0).any()
 
 
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("contacts", [3, 8, 10])
+def test_piles_by_table_are_the_plain_loop(seed: int, contacts: int) -> None:
+    """With rows of each kind in fours and alone, in two groups."""
+    given = pile(seed, [9, 6, 8], contacts)
+    count, nv = given["dense"].shape
+    width = count + -count % BLOCK
+    across = np.zeros((nv, width))
+    across[:, :count] = given["scaled"].T
+    for rounds in (1, 2, 30):
+        goals, change = given["goals"].copy(), np.zeros(nv)
+        table.solve_by_table(
+            *(given["rows"], given["spans"], goals, given["ends"], given["parts"]),
+            *(across.ravel(), rounds, 0.0, np.full(count * width, np.nan)),
+            *(np.full(LINES * width, np.nan), change),
+        )
+        expected = impulses_of_pile(given, rounds)
+        assert np.allclose(goals[:, 3], expected, atol=1e-11)
+        assert np.allclose(change, expected @ given["scaled"], atol=1e-11)
+
+
 @pytest.mark.parametrize("balls", [False, True])
 def test_the_compiled_loop_solves_a_pile_as_the_plain_one(balls: bool) -> None:
     """Of boxes, or of balls that roll, with an arm among them, by the inertia that MuJoCo has."""
@@ -324,7 +345,7 @@ def test_scaled_entries_are_those_of_mujocos_inertia(blocks: int) -> None:
     assert inertia.find_roots(mechanism, state, roots, plain) == 1
     assert plain.tolist() == [0, 1]
     across = jacobian.T.copy()
-    inertia.scale_across(mechanism, state, roots, across, blocks)
+    inertia.scale_across(mechanism, state, roots, across.reshape(-1), BLOCK * blocks)
     scaled = np.full((BLOCK * blocks, nv), np.nan)
     for n in range(BLOCK * blocks):
         for tree in range(model.ntree):
@@ -432,7 +453,6 @@ def test_tables_begin_at_lines_of_the_cache(rows: int) -> None:
     """Else an access to four numbers may need two lines, which takes a tenth of some steps."""
     for _ in range(5):
         solver = sequential_motors._solver(rows, nv=7, bodies=4, trees=2, entries=7)
-        for table in (solver.across, solver.influence, solver.lines):
-            assert table.ctypes.data % 64 == 0 and table.shape[1] % BLOCK == 0
-            assert table.flags.c_contiguous and not table.any()
-        assert solver.across.shape[0] == 7 and len(solver.lines) == LINES
+        for numbers in (solver.across, solver.table, solver.lines):
+            assert numbers.ctypes.data % 64 == 0 and len(numbers) % BLOCK == 0 and not numbers.any()
+        assert len(solver.across) == 7 * len(solver.lines) / LINES

@@ -8,6 +8,7 @@ friction with a reference velocity; the reference is written between the two hal
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,10 @@ _PACK = struct.Struct("5d").pack_into
 MOTORED = ("revolute", "continuous", "prismatic", "spherical")
 
 
+def _nowhere() -> None:
+    """Return None."""
+
+
 class VelocityMotors:
     """The motors of one world: at most one a joint, in place of the joint's dry friction while it acts."""
 
@@ -44,6 +49,8 @@ class VelocityMotors:
         """Motors (nv, 5) and targets (nv, 4) by dof, as `prepare` has arranged them."""
         self._joints: Any = ()
         """Arguments of the kernel that describe the joints."""
+        self.forces_elsewhere: Callable[[], Array | None] = _nowhere
+        """Returns the (nv,) efforts in the last step where MuJoCo does not have them."""
         self._bound_timestep = 0.0
         self._gathered = False
         self.has_spherical = False
@@ -116,18 +123,13 @@ class VelocityMotors:
 
     def applied(self, joint: Joint) -> Array:
         """Return the efforts (n,) of a joint's motor in the last step (N m or N), n degrees of freedom."""
-        world = self._world
-        data = world.live_data
-        dofs = joint.dof_slice
-        out = np.zeros(dofs.stop - dofs.start)
-        for row in range(data.ne, data.ne + data.nf):
-            dof = data.efc_id[row] - dofs.start
-            if data.efc_type[row] == 1 and 0 <= dof < len(out):
-                out[dof] = data.efc_force[row]
-        return out
+        return self.forces()[joint.dof_slice]
 
     def forces(self) -> Array:
         """Return the efforts (nv,) of all motors in the last step (N m or N)."""
+        elsewhere = self.forces_elsewhere()
+        if elsewhere is not None:
+            return elsewhere
         data = self._world.live_data
         out = np.zeros(self._world.live_model.nv)
         if data.nf:

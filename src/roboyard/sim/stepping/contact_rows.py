@@ -1,9 +1,9 @@
-"""Rows of contacts that MuJoCo does not make, in worlds whose rows are all solved row by row.
+"""Rows that MuJoCo does not make, in worlds whose rows are all solved row by row.
 
 To make the rows of a pile's contacts takes MuJoCo a sixth of a step, twice where points of earlier steps are
-added or moved after it has found the contacts. Its rows of joints and equalities are copied here and those of
-contacts numbered after them; their Jacobian is written as it is solved. MuJoCo's contacts have no rows then,
-so that it knows no force of them; `forces` does.
+added or moved after it has found the contacts. Those of joints are made here, or copied from MuJoCo's where
+it has others, and those of contacts numbered after them; their Jacobian is written as it is solved. MuJoCo
+knows no force of them; `forces` and `motor_efforts` do.
 """
 
 from __future__ import annotations
@@ -16,18 +16,23 @@ import numpy as np
 from roboyard._lazy import lazy_module
 from roboyard._mujoco import mujoco
 from roboyard.sim.stepping.impulses import records as r
+from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
 from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.impulses.contact_row_kernels")
+effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
+finding = lazy_module("roboyard.sim.stepping.impulses.finding")
 
 FEWEST = 8
-"""Pairs with kept points in a step from which on the next one is executed in this way.
+"""Pairs with kept points in a step from which on the next one is executed in this way where MuJoCo has to
+make rows besides those of contacts.
 
 Results differ from those with MuJoCo's rows in the last digits; the pairs are part of a saved state, so that
 it goes on to the last bit."""
 _NO_CONTACTS = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+_NO_ROWS = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
 
 
 class ContactRows:
@@ -37,47 +42,79 @@ class ContactRows:
         self.counts = np.zeros(6, np.int32)
         """Numbers of contacts, of rows (equalities, dry friction, limits, all), of the Jacobian's entries."""
         self._rows, self._address = _rows(0, 0), np.zeros(0, np.int32)
-        self._bundle: Any = None
-        self._made_of: Any = None
-        """The bundle of MuJoCo's rows that the present one replaces."""
+        self._records: tuple[Rows, Contacts, r.Search] | None = None
+        self._search: Any = None
+        """The search for MuJoCo's rows instead of which these are."""
+        self._model: Any = None
+        self._makes_joints = False
+        self._data: Any = None
+        self._addresses: tuple[int, ...] | None = None
+        """Arguments of `find_contacts` for the model and this data, none where they are not known."""
+        self.is_last = False
+        """Whether all rows of the last step are here."""
 
-    def find(self, model: Any, data: Any, found: StepRows) -> int:
-        """Compute all that mj_step1 does but rows; return the number of rows of joints and equalities."""
-        _without_contacts(mujoco.mj_step1, model, data)
+    def makes_joints(self, model: Any) -> bool:
+        """Return whether rows of joints are made here, too: there are no others but those of contacts."""
+        if self._model is not model:
+            turning = model.jnt_type == int(mujoco.mjtJoint.mjJNT_BALL)
+            self._makes_joints = not (model.neq or model.ntendon or turning.any())
+            self._model, self._addresses = model, None
+        return self._makes_joints
+
+    def serves(self, model: Any, manifolds: Manifolds) -> bool:
+        """Return whether the next step is to be executed in this way."""
+        return self.makes_joints(model) or manifolds.pair_count >= FEWEST
+
+    def find(self, model: Any, data: Any) -> None:
+        """Compute all that mj_step1 does but rows."""
+        addresses = self._addresses
+        if addresses is None or self._data is not data:
+            self._data, place = data, finding().flags_place()
+            flags = model.opt.gravity.ctypes.data + place
+            addresses = self._addresses = (model._address, data._address, flags) if place >= 0 else ()
+        if addresses:
+            finding().find_contacts(*addresses)
+        else:
+            _without(_NO_CONTACTS | _NO_ROWS, mujoco.mj_step1, model, data)
+            mujoco.mj_collision(model, data)
+
+    def find_with_others(self, model: Any, data: Any, found: StepRows) -> int:
+        """Do what `find` does; return the number of rows of joints and equalities that MuJoCo has to make."""
+        _without(_NO_CONTACTS, mujoco.mj_step1, model, data)
         count = found.counts_now()[ALL]
         mujoco.mj_collision(model, data)
         return count
 
     def make_others(self, model: Any, data: Any) -> None:
         """Let MuJoCo make the rows of joints and equalities."""
-        _without_contacts(mujoco.mj_makeConstraint, model, data)
+        _without(_NO_CONTACTS, mujoco.mj_makeConstraint, model, data)
 
-    def take(self, found: StepRows, surface: Any) -> int:
-        """Take MuJoCo's rows and number those of contacts; return what `take_rows` does."""
-        while True:
-            answer = kernels().take_rows(
-                *(found.rows, found.contacts, found.search, self._rows, surface.margins, surface.reaches),
-                *(self._address, self.counts),
-            )
-            if answer != r.ROOM:
-                return answer
-            contacts, rows, entries = (int(self.counts[k]) for k in (0, ALL, 5))
-            self._rows = _rows(2 * rows, 2 * entries)
-            self._address = np.full(2 * contacts, -1, np.int32)
-            self._made_of = None
-
-    def bundle_in_place_of(self, bundle: Any, found: StepRows) -> Any:
-        """Return the arrays of a step with these rows instead of MuJoCo's."""
-        if self._made_of is not bundle:
-            search = found.search
+    def records(self, found: StepRows) -> tuple[Rows, Contacts, r.Search]:
+        """Return the arrays of rows and contacts as arguments of compiled loops, until they grow."""
+        search = found.search
+        if self._records is None or self._search is not search:
             own = r.Search(
                 *(np.zeros(0, np.int64), np.zeros(0, np.int64), self.counts, self._rows.starts),
                 *(0, 0, search.contact, search.degrees, r.WITHOUT_CONTACTS),
             )
-            contacts: Contacts = found.contacts._replace(address=self._address)
-            self._bundle = r.EVERYTHING.of(self._rows, contacts, own, *bundle.records[3:])
-            self._made_of = bundle
-        return self._bundle
+            self._records = self._rows, found.contacts._replace(address=self._address), own
+            self._search = search
+        return self._records
+
+    def grow(self) -> None:
+        """Make room for as many contacts, rows and entries as `counts` says."""
+        contacts, rows, entries = (int(self.counts[k]) for k in (0, ALL, 5))
+        if contacts > len(self._address) or rows > len(self._rows.kind) or entries > len(self._rows.jacobian):
+            self._rows = _rows(2 * rows, 2 * entries)
+            self._address = np.full(2 * contacts, -1, np.int32)
+            self._records = None
+
+    def motor_efforts(self, degrees: int) -> Array:
+        """Return the (nv,) efforts of motors in the last step (N m or N)."""
+        out = np.zeros(degrees)
+        assert self._records is not None
+        effort_kernels().motor_efforts(self._rows, self._records[2], out)
+        return out
 
     def give_forces(self, found: StepRows) -> None:
         """Write the forces of joints and equalities into MuJoCo's array."""
@@ -93,14 +130,15 @@ class ContactRows:
         return out
 
 
-def _without_contacts(call: Callable[[Any, Any], None], model: Any, data: Any) -> None:
-    """Call one of MuJoCo's functions without contacts."""
+def _without(flags: int, call: Callable[[Any, Any], None], model: Any, data: Any) -> None:
+    """Call one of MuJoCo's functions with more flags of what is disabled."""
     option = model.opt
-    option.disableflags |= _NO_CONTACTS
+    kept = option.disableflags
+    option.disableflags = kept | flags
     try:
         call(model, data)
     finally:
-        option.disableflags &= ~_NO_CONTACTS
+        option.disableflags = kept
 
 
 def contact_wrenches(model: Any, data: Any, forces: Array) -> Array:

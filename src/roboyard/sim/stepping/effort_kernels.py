@@ -1,10 +1,10 @@
-"""Compiled loop that reads the efforts of motors from MuJoCo's block of memory."""
+"""Compiled loop that reads the efforts of motors from the rows of a step."""
 
 from __future__ import annotations
 
 from roboyard.native import compiled
 from roboyard.sim.stepping.impulses.records import SEARCH
-from roboyard.sim.stepping.step_row_kernels import ROWS, find_rows
+from roboyard.sim.stepping.step_row_kernels import ROWS, are_found
 
 
 @compiled(ROWS, SEARCH, "f8[::1] -> i8")
@@ -13,10 +13,7 @@ def motor_efforts(rows, search, out):  # pragma: no cover
 
     Returns 0 where MuJoCo's arrays are not where they were.
     """
-    if find_rows(
-        search.words, search.places, search.counts, search.starts, search.address, search.size,
-        search.contact, search.degrees, search.is_sparse,
-    ) == 0:  # fmt: skip
+    if not are_found(search):
         return 0
     kinds, ids, forces = rows.starts[0], rows.starts[1], rows.starts[9]
     first = search.counts[1]

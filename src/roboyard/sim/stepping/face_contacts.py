@@ -2,8 +2,8 @@
 
 Where one corner of a mesh is nearest to a face of a box, over its inside, it is the contact point, and
 neither an iterative search nor an expansion is needed to find it: feet and wheels on a large floor. Where two
-corners are as near, or an edge of the box is, MuJoCo's own function is called. It is called in worlds that
-need several points of a pair, too, and for all other shapes.
+corners are as near, unless contacts are placed anew later, or an edge of the box is, MuJoCo's own function is
+called. It is called in worlds that need several points of a pair, too, and for all other shapes.
 
 MuJoCo has one table of functions for the whole process. The one here is given addresses of its structures
 alone, and finds their arrays at the places that they have in a model of known arrays.
@@ -20,6 +20,7 @@ from roboyard._mujoco import mujoco
 from roboyard.native.callbacks import called_by_c
 from roboyard.native.views import integers_at, numbers_at, short_numbers_at, words_at
 from roboyard.sim.mujoco_library import mujoco_library
+from roboyard.sim.stepping.shape_forms import PLACED
 
 OF_MODEL = ("geom_size", "geom_rbound", "geom_dataid", "mesh_vertadr", "mesh_vertnum", "mesh_vert")
 OF_DATA = ("geom_xpos", "geom_xmat")
@@ -152,7 +153,7 @@ def touch_face(model, data, contact, box, mesh, margin):  # pragma: no cover
     distance = nx * x + ny * y + nz * z + least - size[axis]
     if distance >= margin:
         return 0
-    if following - least < CLEAR or -distance > size[axis]:
+    if (following - least < CLEAR and flags & PLACED == 0) or -distance > size[axis]:
         return -1
     vx, vy, vz = corners[3 * nearest], corners[3 * nearest + 1], corners[3 * nearest + 2]
     x += b[0] * vx + b[1] * vy + b[2] * vz

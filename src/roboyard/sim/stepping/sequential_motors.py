@@ -25,6 +25,7 @@ from roboyard.sim.stepping.contact_rows import ContactRows
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.impulses.layout import PLACES, STRIDE
 from roboyard.sim.stepping.manifolds import Manifolds
+from roboyard.sim.stepping.shape_forms import PLACED
 from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 
@@ -99,6 +100,7 @@ class SequentialMotors:
         """Note that MuJoCo's arrays are new."""
         self._mechanism = self._parts = None
         self._known = ()
+        self.contact_rows.is_last = False
 
     def note_bodies(self) -> None:
         """Note that bodies were added or removed; where MuJoCo's arrays stay, the order alone is another."""
@@ -167,7 +169,7 @@ class SequentialMotors:
             found.rows, found.contacts, found.search, self._surface, acceleration, timestep
         )
 
-    def execute(self, found: StepRows, first: int, last: int, remade: int = 0) -> int:
+    def execute(self, found: StepRows, first: int, last: int, remade: int = 0, makes: int = r.OF_NONE) -> int:
         """Execute parts of a step in the compiled loop of that name; return what it returns.
 
         Args:
@@ -175,36 +177,19 @@ class SequentialMotors:
             first: part to begin with.
             last: part to end with.
             remade: 1 where rows were made again, without their velocities.
+            makes: which rows are made here instead of by MuJoCo.
         """
         while True:
-            answer = order().execute(self._bundle_of(found), first, last, remade)
-            if answer == r.ROOM:
+            answer = order().execute(self._bundle_of(found), first, last, remade, makes)
+            if answer in (r.ROOM, r.ROOM_FOR_ROWS):
                 counts = found.look()
-                self._grow(counts[0], counts[ALL])
+                self._grow(counts[0], max(counts[ALL], int(self.contact_rows.counts[ALL])))
+                if answer == r.ROOM_FOR_ROWS:
+                    first = max(first, r.MAKE)
             elif answer == r.LOST:
                 found.leave_memory()
             else:
                 return answer
-
-    def solve_contacts(self, found: StepRows) -> int:
-        """Execute a step from the making of contacts' rows on, which MuJoCo has not made; see `ContactRows`.
-
-        Args:
-            found: the contacts, whose points are kept, and the rows of joints and equalities.
-
-        Returns:
-            DONE, or what `execute` or `take_rows` returns where MuJoCo has to make the rows.
-        """
-        own = self.contact_rows
-        while True:
-            bundle = self._bundle_of(found)
-            answer = own.take(found, self._surface)
-            if answer != r.DONE:
-                return answer
-            answer = order().execute(own.bundle_in_place_of(bundle, found), r.ARRANGE, r.SOLVE, 1)
-            if answer != r.ROOM:
-                return answer
-            self._grow(int(own.counts[0]), int(own.counts[ALL]))
 
     def _bundle_of(self, found: StepRows) -> Any:
         """Return all arrays of a step as one argument of compiled loops."""
@@ -217,9 +202,10 @@ class SequentialMotors:
             or bundle.records[2] is not found.search
             or bundle.records[5] is not self._manifolds.points
         ):
+            own = self.contact_rows.records(found)
             bundle = self._bundle = self._last_bundle = r.EVERYTHING.of(
                 *(found.rows, found.contacts, found.search, self._mechanism, self._state),
-                *(self._manifolds.points, self._surface, self._solver),
+                *(self._manifolds.points, self._surface, self._solver, *own),
                 before=self._last_bundle,
             )
         return bundle
@@ -240,6 +226,7 @@ class SequentialMotors:
 
     def _grow(self, contacts: int, rows: int) -> None:
         self._manifolds.grow(contacts)
+        self.contact_rows.grow()
         solver = self._solver
         if rows > len(solver.order):
             lengths = (len(a) for a in (self._state.qvel, solver.wrenches, solver.taken))
@@ -285,6 +272,10 @@ class SequentialMotors:
         rules[r.LIMITS_ARE_HARD], rules[r.CONTACTS_ARE_HARD] = profile.hard_contacts, world.hard_contacts
         rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
         rules[r.IS_BOUNDED], rules[r.SLOP] = self._largest is not None, profile.contact_slop
+        if self._manifolds.keeps and len(surface.boxes):
+            model.opt.disableflags |= PLACED
+        else:
+            model.opt.disableflags &= ~PLACED
         self._known = world.revision, timestep, profile, motors
 
     def _order(
@@ -353,6 +344,9 @@ def _mechanism(model: Any) -> r.Mechanism:
         joint_type=model.jnt_type,
         joint_qpos=model.jnt_qposadr,
         limits=model.jnt_range,
+        limited=model.jnt_limited.view(np.uint8),
+        limit_margin=model.jnt_margin,
+        dry=model.dof_frictionloss,
         body_parent=model.body_parentid,
         body_root=model.body_rootid,
         body_dof=model.body_dofadr,
@@ -428,21 +422,21 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.Solv
         diagonal=np.zeros(trees, np.uint8),
         slots=np.zeros(trees, np.int32),
         places_of_rows=np.zeros((rows, PLACES), np.int32),
-        lanes=_aligned(1, rows * (STRIDE + entries))[0],
-        velocities=_aligned(1, nv + r.BLOCK * (trees + 1))[0],
-        across=_aligned(nv, width),
-        influence=_aligned(dense, width),
-        lines=_aligned(r.LINES, width),
+        lanes=_aligned(rows * (STRIDE + entries)),
+        velocities=_aligned(nv + r.BLOCK * (trees + 1)),
+        across=_aligned(nv * width),
+        table=_aligned(dense * width),
+        lines=_aligned(r.LINES * width),
         change=np.zeros(nv),
         wrenches=np.zeros((bodies, 6)),
     )
 
 
-def _aligned(rows: int, width: int) -> np.ndarray:
-    """Return zeros (rows, width) of which no block of eight is in two lines of the processor's cache."""
-    memory = np.zeros(rows * width + _LINE // 8)
+def _aligned(count: int) -> np.ndarray:
+    """Return zeros (count,) of which no block of eight is in two lines of the processor's cache."""
+    memory = np.zeros(count + _LINE // 8)
     start = -memory.ctypes.data % _LINE // 8
-    return memory[start : start + rows * width].reshape(rows, width)
+    return memory[start : start + count]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

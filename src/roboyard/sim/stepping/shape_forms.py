@@ -7,6 +7,10 @@ import numpy as np
 from roboyard._records import dataclass
 from roboyard.transforms import Array
 
+PLACED = 1 << 28
+"""Among MuJoCo's flags of what is disabled one that it does not know: contacts of known forms are placed anew
+after its search, which only has to see them."""
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class ShapeForms:

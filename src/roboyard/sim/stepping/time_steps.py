@@ -15,7 +15,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.constraints import Constraints
-from roboyard.sim.stepping.contact_rows import FEWEST, contact_wrenches
+from roboyard.sim.stepping.contact_rows import contact_wrenches
 from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
@@ -87,6 +87,7 @@ class Stepping:
         self.manifolds = Manifolds(world)
         """Points that pairs keep, where contacts are rigid."""
         self.in_turn = SequentialMotors(world, motors, surfaces, self.manifolds, constraints)
+        motors.forces_elsewhere = self._own_motor_forces
         """Robots with motors, where they are solved row by row as Bullet does."""
         self._is_implicit = world.profile.integrator == "implicitfast"
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = self._slides = False
@@ -146,6 +147,7 @@ class Stepping:
 
     def plain_step(self, model: Any, data: Any) -> None:
         """Execute one step of a world whose only rules are that sliding does not lift and stops hold."""
+        self.in_turn.contact_rows.is_last = False
         if self._is_implicit:
             self.fast_turns.choose(model, data)
         if not self.stops.is_watching(model, data):
@@ -184,6 +186,7 @@ class Stepping:
 
     def step(self, model: Any, data: Any) -> None:
         """Execute one step with all rules."""
+        self.in_turn.contact_rows.is_last = False
         if self._soft.by_id:
             self._step_in_parts(model, data)
         elif self._world.hard_contacts:  # stops are rigid, too
@@ -226,8 +229,10 @@ class Stepping:
         if self._is_bounded:
             self.constraints.prepare(model)
         slides = self._slides
-        if self._makes_rows and not slides and found.is_direct and self.manifolds.pair_count >= FEWEST:
+        own = in_turn.contact_rows
+        if self._makes_rows and not slides and found.is_direct and own.serves(model, self.manifolds):
             if self._solve_contacts(model, data, found):
+                own.is_last = True
                 mujoco.mj_Euler(model, data)
                 return
             self._makes_rows, remade, answer = False, True, r.OTHERS
@@ -257,12 +262,19 @@ class Stepping:
         """Execute a step up to the integration without MuJoCo's rows of contacts; return whether it could."""
         in_turn = self.in_turn
         own = in_turn.contact_rows
-        others = own.find(model, data, found)
+        if own.makes_joints(model):
+            own.find(model, data)
+            answer = in_turn.execute(found, r.KEEP, r.SOLVE, 1, r.OF_ALL)
+            if answer == r.POINTS_ARE_NEW:
+                self.manifolds.add(model, data, found)
+                answer = in_turn.execute(found, r.MAKE, r.SOLVE, 1, r.OF_ALL)
+            return answer == r.DONE
+        others = own.find_with_others(model, data, found)
         if in_turn.execute(found, r.KEEP, r.KEEP) == r.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
         if others:
             own.make_others(model, data)
-        if in_turn.solve_contacts(found) != r.DONE:
+        if in_turn.execute(found, r.MAKE, r.SOLVE, 1, r.OF_CONTACTS) != r.DONE:
             return False
         if others:
             own.give_forces(found)
@@ -422,11 +434,16 @@ class Stepping:
     def motor_forces(self) -> np.ndarray:
         """Return the (nv,) efforts of all motors in the last step (N m or N)."""
         found = None if self._compiled is None else self._compiled[1]
-        if found is not None and found.is_direct:
+        if found is not None and found.is_direct and not self.in_turn.contact_rows.is_last:
             out = np.zeros(found.search.degrees)
             if effort_kernels().motor_efforts(found.rows, found.search, out):
                 return out
         return self.motors.forces()
+
+    def _own_motor_forces(self) -> np.ndarray | None:
+        """Return the (nv,) efforts of all motors where MuJoCo does not have them."""
+        own = self.in_turn.contact_rows
+        return own.motor_efforts(self._world.live_model.nv) if own.is_last else None
 
     def detect(self, model: Any, data: Any) -> None:
         """Find the contacts of the present positions, whose frames are known."""

@@ -89,3 +89,39 @@ def combine(x, i, stride, d, e, f, g, h, o, p, q):
     k, m, n, w = i + stride, i + 2 * stride, i + 3 * stride, 2 * BLOCK
     first = (d * x[i] + e * x[i + w]) + (f * x[k] + g * x[k + w])
     return first + ((h * x[m] + o * x[m + w]) + (p * x[n] + q * x[n + w]))
+
+
+def take_block(y, j, x, i, factor):
+    """Take a multiple of a block from another."""
+    add_block(y, j, -factor, x, i)
+
+
+def take_two_blocks(y, j, x, i, stride, factor, other_factor):
+    """Take multiples of two blocks of x, a stride apart, from another block."""
+    add_blocks(y, j, -factor, x, i, -other_factor, i + stride)
+
+
+def take_four_blocks(y, j, x, i, stride, d, e, f, g):
+    """Take multiples of four blocks of x, a stride apart, from another block."""
+    add_four_blocks(y, j, x, i, stride, -d, -e, -f, -g)
+
+
+def take_eight_blocks(y, j, x, i, stride, d, e, f, g, h, o, p, q):
+    """Take multiples of eight blocks of x, a stride apart, from another block."""
+    a = y[j] - sum_of_eight(x, i, stride, d, e, f, g, h, o, p, q)
+    b = y[j + 1] - sum_of_eight(x, i + 1, stride, d, e, f, g, h, o, p, q)
+    c = y[j + 2] - sum_of_eight(x, i + 2, stride, d, e, f, g, h, o, p, q)
+    k = y[j + 3] - sum_of_eight(x, i + 3, stride, d, e, f, g, h, o, p, q)
+    m = y[j + 4] - sum_of_eight(x, i + 4, stride, d, e, f, g, h, o, p, q)
+    n = y[j + 5] - sum_of_eight(x, i + 5, stride, d, e, f, g, h, o, p, q)
+    r = y[j + 6] - sum_of_eight(x, i + 6, stride, d, e, f, g, h, o, p, q)
+    s = y[j + 7] - sum_of_eight(x, i + 7, stride, d, e, f, g, h, o, p, q)
+    y[j], y[j + 1], y[j + 2], y[j + 3], y[j + 4], y[j + 5], y[j + 6], y[j + 7] = a, b, c, k, m, n, r, s
+
+
+def sum_of_eight(x, i, stride, d, e, f, g, h, o, p, q):
+    """Return the sum of multiples of numbers of eight blocks; see `take_eight_blocks`."""
+    k, m, n = i + stride, i + 2 * stride, i + 3 * stride
+    first = (d * x[i] + e * x[k]) + (f * x[m] + g * x[n])
+    i, k, m, n = i + 4 * stride, k + 4 * stride, m + 4 * stride, n + 4 * stride
+    return first + ((h * x[i] + o * x[k]) + (p * x[m] + q * x[n]))

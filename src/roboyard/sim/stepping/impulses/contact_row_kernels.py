@@ -1,37 +1,98 @@
-"""Compiled loops that take MuJoCo's rows of joints and equalities, and number those of contacts after."""
+"""Compiled loops that make the rows of joints, or take MuJoCo's, and number those of contacts after them."""
 
 from __future__ import annotations
 
 from roboyard.native import compiled
-from roboyard.sim.stepping.impulses.records import DONE, LOST, OTHERS, ROOM, ROWS_OF_CONTACT, SEARCH
-from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS, are_found
+from roboyard.sim.stepping.impulses.records import DONE, OTHERS, ROOM_FOR_ROWS, ROWS_OF_CONTACT, SEARCH
+from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 
+FRICTION, LIMIT = 1, 3
+"""MuJoCo's kinds of these rows."""
+SLIDER = 2
+"""MuJoCo's type of this joint, and the least of those with one degree of freedom."""
 NUMBERED = -2
 """Address in MuJoCo's array of the contact with the first row, 0; those of others are lower by their rows. To
 MuJoCo a contact with a negative address has no rows."""
 
 
-@compiled(ROWS, CONTACTS, SEARCH, ROWS, "f8[::1] f8[::1] i4[::1] i4[::1] -> i8")
-def take_rows(  # pragma: no cover
-    rows, contacts, search, own, margins, reaches, address, counts
+def make_rows(  # pragma: no cover
+    rows, contacts, search, mechanism, state, surface, own, own_contacts, own_search, makes_joints
 ):
-    """Copy MuJoCo's rows, none of which are of contacts, into other arrays, and number those of contacts.
+    """Write the rows of joints into own arrays, or copy MuJoCo's, and number those of contacts.
 
-    own: arrays that begin at 0; the Jacobian is sparse. margins, reaches: (ngeom,) as of `hard_contacts`;
-    contacts across gaps that do not push have no rows. address: (ncon,) or more, first row of each contact,
-    -1 for none, written. counts: (6,) of `Search`, written. Returns DONE, ROOM where the arrays are too
-    short, OTHERS where soft bodies touch something, or LOST.
+    rows, search: MuJoCo's, none of which are of contacts. own: arrays that begin at 0; the Jacobian is
+    sparse. own_contacts.address: (ncon,) or more, first row of each contact, -1 for none, written: contacts
+    across gaps that do not push have no rows. own_search.counts: written. makes_joints: whether MuJoCo has
+    made no rows at all. Returns DONE, ROOM_FOR_ROWS where the arrays are too short, or OTHERS where soft
+    bodies touch something.
     """
-    if not are_found(search):
-        return LOST
-    contact_count, count, at = search.counts[0], search.counts[4], rows.starts
-    for k in range(4):
-        counts[k] = search.counts[k]
-    counts[4], counts[5] = count + ROWS_OF_CONTACT * contact_count, count * search.degrees
+    contact_count, address, counts = search.counts[0], own_contacts.address, own_search.counts
+    joints = search.counts[4]
+    if makes_joints:
+        joints = mechanism.dry.shape[0] + 2 * mechanism.limited.shape[0]
+    counts[0], counts[4] = contact_count, joints + ROWS_OF_CONTACT * contact_count
+    counts[5] = joints * (1 if makes_joints else search.degrees)
     if contact_count > address.shape[0] or counts[4] > own.kind.shape[0] or counts[5] > own.jacobian.shape[0]:
-        return ROOM
-    entry = 0
-    for row in range(count):
+        return ROOM_FOR_ROWS
+    if makes_joints:
+        row = write_joints(mechanism, state, own, counts)
+    else:
+        for k in range(1, 4):
+            counts[k] = search.counts[k]
+        copy_joints(rows, search, own)
+        row = joints
+    for i in range(contact_count):
+        a, b = contacts.geom[i, 0], contacts.geom[i, 1]
+        address[i], contacts.address[i] = -1, -1
+        if a < 0 or b < 0:
+            return OTHERS
+        gap = contacts.dist[i] - (surface.margins[a] + surface.margins[b])
+        if contacts.exclude[i] != 0 or gap > min(surface.reaches[a], surface.reaches[b]):
+            continue
+        address[i], contacts.address[i] = row, NUMBERED - row
+        for k in range(contacts.dim[i]):
+            own.kind[row + k], own.ids[row + k] = -1, i
+            own.position[row + k] = own.loss[row + k] = own.reference[row + k] = 0.0
+            own.R[row + k] = own.D[row + k] = 1.0
+        row += contacts.dim[i]
+    counts[4] = row
+    return DONE
+
+
+def write_joints(mechanism, state, own, counts):
+    """Write the rows of motors, then those of limits in sight, as MuJoCo would; return their number."""
+    row = counts[1] = 0
+    for dof in range(mechanism.dry.shape[0]):
+        if mechanism.dry[dof] > 0.0:
+            write_joint(own, row, FRICTION, dof, dof, 1.0, 0.0, mechanism.dry[dof], state)
+            row += 1
+    counts[2] = row
+    for joint in range(mechanism.limited.shape[0]):
+        if mechanism.limited[joint] == 0 or mechanism.joint_type[joint] < SLIDER:
+            continue
+        dof, angle = mechanism.joint_dof[joint], state.qpos[mechanism.joint_qpos[joint]]
+        for side in range(2):
+            sign = 1.0 if side == 0 else -1.0
+            away = sign * (angle - mechanism.limits[joint, side])
+            if away < mechanism.limit_margin[joint]:
+                write_joint(own, row, LIMIT, joint, dof, sign, away, 0.0, state)
+                row += 1
+    counts[3] = row - counts[2]
+    return row
+
+
+def write_joint(own, row, kind, number, dof, sign, away, loss, state):
+    """Write a row that has one degree of freedom."""
+    own.kind[row], own.ids[row], own.position[row], own.loss[row] = kind, number, away, loss
+    own.R[row] = own.D[row] = 1.0
+    own.velocity[row], own.reference[row] = sign * state.qvel[dof], 0.0
+    own.addresses[row], own.entries[row], own.columns[row], own.jacobian[row] = row, 1, dof, sign
+
+
+def copy_joints(rows, search, own):
+    """Copy MuJoCo's rows."""
+    at, entry = rows.starts, 0
+    for row in range(search.counts[4]):
         own.kind[row], own.ids[row] = rows.kind[at[0] + row], rows.ids[at[1] + row]
         own.position[row], own.loss[row] = rows.position[at[3] + row], rows.loss[at[4] + row]
         own.R[row], own.D[row] = rows.R[at[5] + row], rows.D[at[6] + row]
@@ -50,23 +111,6 @@ def take_rows(  # pragma: no cover
                 own.columns[entry] = k
                 own.jacobian[entry] = rows.jacobian[at[2] + row * search.degrees + k]
                 entry += 1
-    row = count
-    for i in range(contact_count):
-        a, b = contacts.geom[i, 0], contacts.geom[i, 1]
-        address[i], contacts.address[i] = -1, -1
-        if a < 0 or b < 0:
-            return OTHERS
-        gap = contacts.dist[i] - (margins[a] + margins[b])
-        if contacts.exclude[i] != 0 or gap > min(reaches[a], reaches[b]):
-            continue
-        address[i], contacts.address[i] = row, NUMBERED - row
-        for k in range(contacts.dim[i]):
-            own.kind[row + k], own.ids[row + k] = -1, i
-            own.position[row + k] = own.loss[row + k] = own.reference[row + k] = 0.0
-            own.R[row + k] = own.D[row + k] = 1.0
-        row += contacts.dim[i]
-    counts[4] = row
-    return DONE
 
 
 @compiled(ROWS, SEARCH, "f8[::1]")

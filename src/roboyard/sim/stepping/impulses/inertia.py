@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from roboyard.sim.stepping.impulses.blocks import add_block
 from roboyard.sim.stepping.impulses.records import BLOCK
 from roboyard.sim.stepping.kernels import drag_on
 
@@ -105,14 +106,16 @@ def scale(mechanism, state, roots, jacobian, scaled, first, size, place):  # pra
             scaled[shift + i] *= roots[i]
 
 
-def scale_across(mechanism, state, roots, across, blocks):  # pragma: no cover
-    """Do what `scale` does for many rows at once: across is (nv, n), of whole blocks of rows."""
+def scale_across(mechanism, state, roots, across, width):  # pragma: no cover
+    """Do what `scale` does for many rows at once: across is (nv * width,), of whole blocks of rows."""
     for i in range(roots.shape[0] - 1, -1, -1):
         first = mechanism.factor_start[i]
         for a in range(first, first + mechanism.factor_count[i] - 1):
-            add_line(across, mechanism.factor_column[a], across, i, -state.factor[a], blocks)
-        for k in range(BLOCK * blocks):
-            across[i, k] *= roots[i]
+            column, factor = mechanism.factor_column[a], -state.factor[a]
+            for k in range(0, width, BLOCK):
+                add_block(across, column * width + k, factor, across, i * width + k)
+        for k in range(i * width, i * width + width):
+            across[k] *= roots[i]
 
 
 def change_velocities(mechanism, state, roots, change):  # pragma: no cover
@@ -122,9 +125,3 @@ def change_velocities(mechanism, state, roots, change):  # pragma: no cover
         first = mechanism.factor_start[i]
         for a in range(first, first + mechanism.factor_count[i] - 1):
             change[i] -= state.factor[a] * change[mechanism.factor_column[a]]
-
-
-def add_line(lines, to, others, line, factor, blocks):
-    """Add a multiple of a line to another, of so many blocks of numbers."""
-    for k in range(BLOCK * blocks):
-        lines[to, k] += factor * others[line, k]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from roboyard.native import compiled
 from roboyard.sim.stepping.impulses.arranging import arrange
 from roboyard.sim.stepping.impulses.asking import ask_of_rows
+from roboyard.sim.stepping.impulses.contact_row_kernels import make_rows
 from roboyard.sim.stepping.impulses.inertia import accelerate
 from roboyard.sim.stepping.impulses.keeping import keep
 from roboyard.sim.stepping.impulses.records import (
@@ -17,9 +18,14 @@ from roboyard.sim.stepping.impulses.records import (
     KEEP,
     KEEPS_POINTS,
     LOST,
+    MAKE,
+    OF_ALL,
+    OF_NONE,
     OTHERS,
     ROOM,
+    ROOM_FOR_ROWS,
     ROUNDS,
+    ROWS_ARE_OLD,
     SOLVE,
     TABLE,
     TIMESTEP,
@@ -33,29 +39,38 @@ FRICTION_ERP = 0.2
 """Share of a slide at an anchor that is pulled back in a step."""
 
 
-@compiled(EVERYTHING, "i8 i8 i8 -> i8", fast_math=True, from_start=True, joins_lines=True)
+@compiled(EVERYTHING, "i8 i8 i8 i8 -> i8", fast_math=True, from_start=True, joins_lines=True)
 def execute(  # pragma: no cover
-    rows, contacts, search, mechanism, state, points, surface, solver, first, last, remade
-):
+    rows, contacts, search, mechanism, state, points, surface, solver, own, own_contacts, own_search, first,
+    last, remade, makes,
+):  # fmt: skip
     """Execute the parts `first` to `last` of a step; return what is to be done next.
 
-    KEEP: keep the points of contacts, before MuJoCo's rows are used. ARRANGE: choose the trees to solve and
-    list their rows. ASK: write what limits and contacts ask for and what forces alone lead to; these are all
-    rows. SOLVE: solve the rows, and write the solution where these are all rows. remade: 1 where the rows
-    were made again, so that their velocities are not known.
+    KEEP: keep the points of contacts, before rows are used. MAKE: make the rows `makes` here. ARRANGE: choose
+    the trees to solve and list their rows. ASK: write what limits and contacts ask for and what forces alone
+    lead to; these are all rows. SOLVE: solve the rows, and write the solution where these are all rows.
+    remade: 1 where the rows were made again, so that their velocities are not known.
     """
     if not are_found(search):
         return LOST
-    contact_count, count = search.counts[0], search.counts[4]
-    rules = solver.rules
-    if count > solver.order.shape[0] or count > surface.base.shape[0]:
-        return ROOM
+    contact_count, rules = search.counts[0], solver.rules
     if contact_count > points.sequence.shape[0]:
         return ROOM
     if first <= KEEP:
         answer = keep(rows, contacts, search, mechanism, state, points, surface, rules)
-        if answer != DONE or last <= KEEP:
+        if last <= KEEP or (answer != DONE and (makes == OF_NONE or answer != ROWS_ARE_OLD)):
             return answer
+        contact_count = search.counts[0]
+    if last >= MAKE and makes != OF_NONE:
+        answer = make_rows(
+            rows, contacts, search, mechanism, state, surface, own, own_contacts, own_search, makes == OF_ALL
+        )
+        if answer != DONE:
+            return answer
+        rows, contacts, search = own, own_contacts, own_search
+    count = search.counts[4]
+    if count > solver.order.shape[0] or count > surface.base.shape[0]:
+        return ROOM_FOR_ROWS
     if first <= ARRANGE:
         solver.ends[5] = -1
         before_contacts = search.counts[1] + search.counts[2] + search.counts[3]

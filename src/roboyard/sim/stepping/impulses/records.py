@@ -26,7 +26,7 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 ) = range(16)
 """Places in `Solver.rules`."""
 WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
-"""Rows of `Solver.lines`."""
+"""Lines of `Solver.lines`, each of as many numbers as there are rows, rounded up to blocks."""
 PAIRS, TABLE, EXTRA, HELD, LISTED, RANKED, CHECKED, FULL, RENUMBERED, SORTED, TAKEN_UP, NOTES = range(12)
 """Places in `Points.notes`."""
 RANK, GROUP, HEAD, RANGE_START, RANGE_END, WORK = range(6)
@@ -35,7 +35,7 @@ order of solution at each rank; ends of ranges to be sorted."""
 EQUALITY_ROWS = 6
 """Most rows of an equality."""
 DENSE = 128
-"""Most rows whose influence on each other is kept as a table; more are solved without one."""
+"""Most rows whose effects on each other are kept as a table; more are solved without one."""
 FEW, SHORT = 24, 8
 """Rows of less than `SHORT` entries on average are solved without a table if they are more than `FEW`."""
 BLOCK = 8
@@ -44,12 +44,14 @@ WITHOUT_CONTACTS = 2
 """Where the Jacobian has no rows of contacts; see `Search.is_sparse`."""
 ROWS_OF_CONTACT = 6
 """Most rows of a contact."""
-KEEP, ARRANGE, ASK, SOLVE = range(4)
+KEEP, MAKE, ARRANGE, ASK, SOLVE = range(5)
 """Parts of a step, in order."""
-DONE, ROOM, POINTS_ARE_NEW, ROWS_ARE_OLD, OTHERS, LOST = range(6)
-"""Answers of `execute`: all is done; arrays are too short; points must be added to MuJoCo's contacts; it must
-make rows again, since contacts were moved or added; its solver has rows to solve; its arrays are not where
-they were."""
+OF_NONE, OF_CONTACTS, OF_ALL = range(3)
+"""Which rows are made here instead of by MuJoCo."""
+DONE, ROOM, ROOM_FOR_ROWS, POINTS_ARE_NEW, ROWS_ARE_OLD, OTHERS, LOST = range(7)
+"""Answers of `execute`: all is done; arrays are too short, those of points, too, or of rows after points were
+kept; points must be added to MuJoCo's contacts; it must make rows again, since contacts were moved or added;
+its solver has rows to solve; its arrays are not where they were."""
 
 
 class Search(NamedTuple):
@@ -90,6 +92,11 @@ class Mechanism(NamedTuple):
     joint_type: np.ndarray
     joint_qpos: np.ndarray
     limits: np.ndarray
+    limited: np.ndarray
+    """(njnt,) 1 for joints with limits."""
+    limit_margin: np.ndarray
+    dry: np.ndarray
+    """(nv,) largest efforts of motors, which are MuJoCo's dry friction (N m or N)."""
     body_parent: np.ndarray
     body_root: np.ndarray
     body_dof: np.ndarray
@@ -251,8 +258,9 @@ class Solver(NamedTuple):
     velocities: np.ndarray
     """Work arrays of `lanes`."""
     across: np.ndarray
-    """(nv, 132) scaled entries of each degree of freedom for the rows, of which there are few."""
-    influence: np.ndarray
+    """Scaled entries of each degree of freedom for the rows, of which there are few."""
+    table: np.ndarray
+    """What they take from each other's wishes; see `solve_by_table`."""
     lines: np.ndarray
     change: np.ndarray
     wrenches: np.ndarray
@@ -263,7 +271,8 @@ SEARCH = record(Search, "i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8 i8")
 MECHANISM = record(
     Mechanism,
     "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] f8[:,::1] i4[::1] i4[::1] i4[::1]"
+    " i4[::1] f8[:,::1] u1[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] f8[:,::1] i4[::1]"
+    " i4[::1] i4[::1]"
     " i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[::1] f8[:,::1] f8[::1]",
 )
 STATE = record(
@@ -285,7 +294,9 @@ SOLVER = record(
     Solver,
     "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[:,::1]"
     " f8[:,::1] f8[:,::1] f8[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1]"
-    " f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[:,::1]",
+    " f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1]",
 )
-EVERYTHING = Bundle((ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER))
-"""Arrays of a step."""
+EVERYTHING = Bundle(
+    (ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER, ROWS, CONTACTS, SEARCH)
+)
+"""Arrays of a step, the last three of them of rows that are made here."""

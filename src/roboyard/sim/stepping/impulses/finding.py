@@ -1,0 +1,54 @@
+"""The first half of a step without rows, in one call of MuJoCo's functions."""
+
+from __future__ import annotations
+
+import ctypes
+from array import array
+from functools import cache
+from typing import Any
+
+from roboyard._mujoco import mujoco
+from roboyard.native import c_function, can_call, compiled
+from roboyard.native.views import integers_at
+from roboyard.sim.mujoco_library import mujoco_library, stored_numbers
+
+NO_ROWS = int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+_FLAGS = 0x2A5A5A
+"""A number that no model has as its flags."""
+_OPTIONS = 400
+"""Bytes after the gravity in which the flags are looked for."""
+
+mj_step1 = c_function("mj_step1", "i8 i8 -> i8", library=mujoco_library)
+mj_collision = c_function("mj_collision", "i8 i8 -> i8", library=mujoco_library)
+
+
+@compiled("i8 i8 i8", library=mujoco_library)
+def find_contacts(model, data, flags):  # pragma: no cover
+    """Compute all that mj_step1 does, and contacts, but no rows.
+
+    model, data: addresses of MjModel and MjData. flags: address of what is disabled.
+    """
+    disabled = integers_at(flags, 1)
+    kept = disabled[0]
+    disabled[0] = kept | NO_ROWS
+    mj_step1(model, data)
+    disabled[0] = kept
+    mj_collision(model, data)
+
+
+@cache
+def flags_place() -> int:
+    """Return bytes from a model's gravity to its flags; -1 where they cannot be found, or not called with."""
+    if not can_call(mujoco_library):
+        return -1
+    numbers = stored_numbers("flags", _find_flags)
+    return numbers[0] if len(numbers) == 1 else -1
+
+
+def _find_flags() -> list[int]:
+    model: Any = mujoco.MjModel.from_xml_string("<mujoco/>")
+    if not hasattr(model, "_address"):
+        return []
+    model.opt.disableflags = _FLAGS
+    words = array("i", ctypes.string_at(model.opt.gravity.ctypes.data, _OPTIONS))
+    return [4 * k for k, value in enumerate(words) if value == _FLAGS]
