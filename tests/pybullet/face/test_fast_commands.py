@@ -37,7 +37,7 @@ def _machine_code() -> Iterator[None]:
     modules = [import_module(f"{fast.__name__}.{module.name}") for module in iter_modules(fast.__path__)]
     entries = [value for module in modules for value in vars(module).values() if isinstance(value, Front)]
     assert len(entries) > 10
-    assert all(front.address() for front in (FRONT, *entries)), "compiled and stored, whatever was before"
+    assert all(front.address() for front in (FRONT, *entries)), "compiled and stored now, if not before"
     few, fast_commands.FEW = fast_commands.FEW, 0
     direct_calls.START.enter()
     fast_commands.replace_pushes()
