@@ -40,9 +40,10 @@ WITHIN: dict[str, Any] = {"error_model": "numpy", "no_cpython_wrapper": True, "n
 """Options of functions that compiled ones call: what numba adds for calls from elsewhere takes it longer."""
 
 
+_target: Any = cpu_target
 # numba does so before it compiles; processes that are forked from this one need not
-cpu_target.typing_context.refresh()
-cpu_target.target_context.refresh()
+_target.typing_context.refresh()
+_target.target_context.refresh()
 
 _made: dict[tuple[FunctionType, bool, bool, bool, bool], Any] = {}
 """Source and options to numba's function, which several loops may call."""
