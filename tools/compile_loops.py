@@ -1,9 +1,10 @@
 """Compile all loops of the package on all cores, so that no test waits for one.
 
-    python tools/compile_loops.py [--reserve 1]
+    python tools/compile_loops.py [--reserve 1] [--last-first]
 
 Loops that are stored already are left alone. Each process takes one module, those first that are compiled
-from most source: loops of one module share the functions that they call. `--reserve` keeps cores for others.
+from most source: loops of one module share the functions that they call. `--reserve` keeps cores for others;
+`--last-first` begins with the shortest, so that a second run helps one that is under way.
 """
 
 from __future__ import annotations
@@ -13,9 +14,11 @@ import importlib
 import multiprocessing
 import os
 import re
+import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import roboyard
 from roboyard.native import Kernel
@@ -31,14 +34,26 @@ def main() -> None:
     """Compile what is not stored, and say how many loops there were."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--reserve", type=int, default=0, help="cores left to other programs")
-    processes = max(1, (os.cpu_count() or 1) - parser.parse_args().reserve)
+    parser.add_argument("--last-first", action="store_true", help="begin with the shortest sources")
+    options = parser.parse_args()
+    processes = max(1, (os.cpu_count() or 1) - options.reserve)
     start = time.monotonic()
     names = [name for name in modules_with_loops() if any(missing_of(name))]
-    spawn = multiprocessing.get_context("spawn")
+    if options.last_first:
+        names.reverse()
     # a process for each module: LLVM's code, and thereby rounding, depends on what was compiled before
-    with ProcessPoolExecutor(processes, mp_context=spawn, max_tasks_per_child=1) as pool:
+    with ProcessPoolExecutor(processes, mp_context=fresh_processes(names), max_tasks_per_child=1) as pool:
         compiled = sum(pool.map(compile_module, names))
     print(f"{compiled} loops compiled in {time.monotonic() - start:.0f} s")
+
+
+def fresh_processes(names: list[str]) -> Any:
+    """Return how processes start: forked from one that has imported all and compiled nothing, if possible."""
+    if sys.platform != "linux":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["roboyard.native.building", *names])
+    return context
 
 
 def modules_with_loops() -> list[str]:

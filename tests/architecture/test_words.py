@@ -11,6 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import words
 
 
+@pytest.mark.slow
 def test_the_words_are_those_of_the_field() -> None:
     left = [str(word) for path in words.files() for word in words.words_of(path)]
     assert not left, "\n".join([f"{len(left)} words left", *left[:200]])

@@ -131,6 +131,7 @@ def test_a_wrong_pose_is_one_line(pose: str, capsys: pytest.CaptureFixture[str])
     assert "give X,Y or X,Y,YAW" in err
 
 
+@pytest.mark.slow
 def test_a_plan_is_json(capsys: pytest.CaptureFixture[str]) -> None:
     code, out, err = run("plan arm7 --to 0.4,0.3,0.5 --json", capsys)
     assert code == 0, err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import subprocess
 import sys
 import textwrap
@@ -16,6 +17,8 @@ from roboyard.audit import audit_urdf
 from roboyard.cli.xacro_args import read_xacro_args
 from roboyard.description import load_description
 from roboyard.description.files.resolver import Resolver
+from roboyard.description.xacro import expand as expansion
+from roboyard.description.xacro import worker
 from roboyard.description.xacro.expand import expand_xacro
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.repair import repair_urdf
@@ -298,8 +301,14 @@ def test_secrets_of_the_environment_count_as_unset(tmp_path: Path, monkeypatch: 
         '<link name="${10 ** 10 ** 10}"/>' if sys.platform != "win32" else '<link name="${gone}"/>',
     ],
 )
-@pytest.mark.slow
-def test_expansions_without_end_stop(tmp_path: Path, body: str):
+def test_expansions_without_end_stop(tmp_path: Path, body: str, monkeypatch: pytest.MonkeyPatch):
+    """By a bound on processor time of two seconds instead of ten."""
+    assert worker.MAX_CPU == 10
+    (tmp_path / "hasty_worker.py").write_text(
+        "from roboyard.description.xacro import worker\nworker.MAX_CPU = 2\nworker.main()\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setattr(expansion, "_WORKER", "hasty_worker")
     assert "xacro: " in refusal(write(tmp_path, arm__urdf__xacro=f"{HEAD}{body}</robot>"))
 
 

@@ -20,6 +20,8 @@ from roboyard.robots.definition.schema import ADDED_CONTROLLERS
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+LONG = "README.md", "sensors.md", "skills.md"
+"""Pages whose blocks take more than five seconds."""
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 OUTPUT = re.compile(r"^```python\n.*?^```\n\n((?:    [^\n]+\n)+)", re.MULTILINE | re.DOTALL)
 
@@ -44,7 +46,15 @@ def registries() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("registries")
-@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=pytest.mark.slow) if page.name in LONG else page
+        for page in PAGES
+        if blocks(page)
+    ],
+    ids=lambda page: page.name,
+)
 def test_the_blocks_of_a_page_run(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -28,7 +28,17 @@ def cluster() -> Iterator[None]:
     ray.shutdown()
 
 
+def wait_until_free(count: float) -> None:
+    """Wait until no actor takes one of so many CPUs."""
+    until = time.monotonic() + 30.0
+    while ray.available_resources().get("CPU", 0) < count and time.monotonic() < until:
+        time.sleep(0.2)
+    assert ray.available_resources()["CPU"] == count
+
+
 def test_actors_agree_with_one_process_and_one_that_dies_is_replaced(cluster: None) -> None:
+    """Environments that are then dropped leave no actor."""
+    free = ray.cluster_resources()["CPU"]
     options: dict[str, Any] = {"limit": 20}
     many = envs.make_vec("roboyard/Reach-v0", 6, backend="ray", workers=2, **options)
     alone = envs.make_vec("roboyard/Reach-v0", 6, **options)
@@ -54,7 +64,9 @@ def test_actors_agree_with_one_process_and_one_that_dies_is_replaced(cluster: No
     assert np.isfinite(ours[0]).all() and many.restarts == 1
     ours, theirs = many.step(actions), alone.step(actions)
     assert not ours[4]["restarted"].any() and np.array_equal(ours[0][3:], theirs[0][3:])
-    many.close()
+    del many
+    gc.collect()
+    wait_until_free(free)
 
 
 def test_more_workers_than_environments_are_an_error(cluster: None) -> None:
@@ -85,18 +97,6 @@ def test_an_error_in_a_new_actor_is_not_called_a_death(cluster: None) -> None:
             many.step(np.zeros((2, 7)))
     assert many.restarts == 1
     many.close()
-
-
-def test_environments_that_are_dropped_leave_no_actor(cluster: None) -> None:
-    free = ray.cluster_resources()["CPU"]
-    many = envs.make_vec("roboyard/Reach-v0", 2, backend="ray", workers=2)
-    many.reset(seed=0)
-    del many
-    gc.collect()
-    until = time.monotonic() + 30.0
-    while ray.available_resources().get("CPU", 0) < free and time.monotonic() < until:
-        time.sleep(0.2)
-    assert ray.available_resources()["CPU"] == free
 
 
 def test_actors_on_other_machines_are_reached_over_tcp(

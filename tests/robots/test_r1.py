@@ -91,6 +91,7 @@ def test_a_square_driven_forwards_with_turns(robot: Robot) -> None:
         assert (robot.position - corner)[:2] == pytest.approx(wanted, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_hundred_poses_are_reached() -> None:
     arms = ("arm_left", "arm_right")
     robot = floor(action_normalize=False, controllers=dict.fromkeys(arms, ABSOLUTE))

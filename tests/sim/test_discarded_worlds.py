@@ -31,6 +31,7 @@ from roboyard.sim.discarded_worlds import DiscardedWorlds
 @pytest.fixture
 def without_collector():
     gc.collect()
+    gc.freeze()  # what other tests left: the collections of these tests find their own worlds alone
     gc.disable()
     yield
     gc.enable()

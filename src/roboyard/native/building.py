@@ -13,6 +13,7 @@ import numpy as np
 from numba import carray, cfunc, njit, types
 from numba.core import cgutils, config
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
@@ -38,6 +39,11 @@ FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
 WITHIN: dict[str, Any] = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Options of functions that compiled ones call: what numba adds for calls from elsewhere takes it longer."""
 
+
+_target: Any = cpu_target
+# numba does so before it compiles; processes that are forked from this one need not
+_target.typing_context.refresh()
+_target.target_context.refresh()
 
 _made: dict[tuple[FunctionType, bool, bool, bool, bool], Any] = {}
 """Source and options to numba's function, which several loops may call."""

@@ -80,6 +80,11 @@ def _built(function: FunctionType, signature: AnySignature, name: str) -> bytes:
     Raises:
         TypeError: the loop calls functions of numba, which later processes do not load.
     """
+    with paused_collection():  # numba's objects are many, and few of them are garbage
+        return _built_now(function, signature, name)
+
+
+def _built_now(function: FunctionType, signature: AnySignature, name: str) -> bytes:
     from roboyard.native.building import machine_code
 
     if images_can_be_loaded():

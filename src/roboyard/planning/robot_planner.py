@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +25,7 @@ from roboyard.planning.trajectory import Plan
 from roboyard.transforms import pose_matrix
 
 if TYPE_CHECKING:
+    from roboyard.description import RobotDescription
     from roboyard.rendering.camera import Camera
     from roboyard.robots.robot_body import RobotBody
     from roboyard.sim.body import Body
@@ -197,8 +200,24 @@ def model_of(robot: RobotBody) -> SphereModel:
     if registered is not None and robot.body.scale == 1.0:
         file = registered.folder / "curobo" / f"{registered.name}.yml"
         if file.is_file():
-            return covering_model(load_planner_file(file, robot.description))
+            return _model_of_file(file, robot.description)
     return fitted_model(robot.description)
+
+
+def _model_of_file(file: Path, description: RobotDescription) -> SphereModel:
+    """Return a planner file's robot, completed; it stays known while file and description are the same."""
+    now = file.stat()
+    stamp = file, now.st_mtime_ns, now.st_size
+    for known, of, model in tuple(_models):
+        if of is description and known == stamp:
+            return model
+    model = covering_model(load_planner_file(file, description))
+    _models.append((stamp, description, model))
+    return model
+
+
+_models: deque[tuple[tuple[Path, int, int], RobotDescription, SphereModel]] = deque(maxlen=8)
+"""File with time and size, description, and what came of them, of the latest robots."""
 
 
 def _inside(q: ArrayLike, planner: Planner) -> Any:

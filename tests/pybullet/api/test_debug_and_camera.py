@@ -71,6 +71,24 @@ def test_matrices_have_sixteen_numbers(client: int) -> None:
         p.getCameraImage(8, 8, [1, 2, 3], p.computeProjectionMatrixFOV(60, 1, 0.1, 10))
 
 
+def test_matrices_are_those_of_each_call(client: int) -> None:
+    """A picture shows what its own matrices say, given as any sequence, whichever pictures came before."""
+    coloured_box([0, 0, 0], [1, 0, 0, 1])
+    views = [p.computeViewMatrix([0, -y, 0], [0, 0, 0], [0, 0, 1]) for y in (3, 4)]
+    lens = p.computeProjectionMatrixFOV(60, 1, 0.1, 10)
+    sizes = []
+    for view in (*views, *views):
+        pictures = [p.getCameraImage(16, 16, kind(view), kind(lens)) for kind in (tuple, list, np.array)]
+        for picture in pictures[1:]:
+            assert all(np.array_equal(one, other) for one, other in zip(picture, pictures[0], strict=True))
+        sizes.append(int((pictures[0][4] >= 0).sum()))
+    assert sizes[0] > sizes[1] and sizes[:2] == sizes[2:]
+    assert p.getCameraImage(8, 8, views[0], lens)[2].shape == (8, 8, 4)
+    for _ in range(2):
+        with pytest.raises(p.error, match="Error parsing view or projection matrix"):
+            p.getCameraImage(16, 16, [0.0] * 16, lens)
+
+
 @pytest.mark.parametrize("count", [2, 4, 7, 8, 11])
 def test_every_form_of_render_image(client: int, count: int) -> None:
     coloured_box([0, 0, 0], [1, 0, 0, 1])

@@ -8,6 +8,8 @@ import gc
 import random
 import sys
 from collections.abc import Iterator
+from importlib import import_module
+from pkgutil import iter_modules
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,19 +17,14 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
+from roboyard.native.fronts import Front
 from roboyard.native.objects import arrays_have_the_known_layout
+from roboyard.pybullet import fast
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.entries import FRONT
 from roboyard.pybullet.fast import fast_commands, fast_entries
-from roboyard.pybullet.fast.constraint_entries import CONSTRAINT, CREATION
-from roboyard.pybullet.fast.constraint_entries import REMOVAL as CONSTRAINT_REMOVAL
-from roboyard.pybullet.fast.item_entries import DATA, LINE, REMOVAL
-from roboyard.pybullet.fast.joint_entries import JOINTS
-from roboyard.pybullet.fast.property_entries import PROPERTIES
-from roboyard.pybullet.fast.settings_entries import SETTINGS
-from roboyard.pybullet.fast.tree_entries import TREE
 from roboyard.pybullet_data import getDataPath
 
 pytestmark = pytest.mark.skipif(
@@ -37,9 +34,10 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module", autouse=True)
 def _machine_code() -> Iterator[None]:
-    fronts = FRONT, fast_entries.PUSH, fast_entries.BOX, fast_entries.MOTORS, TREE, SETTINGS, PROPERTIES
-    fronts += DATA, LINE, REMOVAL, JOINTS, CONSTRAINT, CREATION, CONSTRAINT_REMOVAL
-    assert all(front.address() for front in fronts)
+    modules = [import_module(f"{fast.__name__}.{module.name}") for module in iter_modules(fast.__path__)]
+    entries = [value for module in modules for value in vars(module).values() if isinstance(value, Front)]
+    assert len(entries) > 10
+    assert all(front.address() for front in (FRONT, *entries)), "compiled and stored now, if not before"
     few, fast_commands.FEW = fast_commands.FEW, 0
     direct_calls.START.enter()
     fast_commands.replace_pushes()

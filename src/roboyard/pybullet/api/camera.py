@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +22,7 @@ from roboyard.transforms import rotate
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.physics_scene import PhysicsScene
-    from roboyard.rendering import DebugLines
+    from roboyard.rendering import Camera, DebugLines
 
 Vector = Sequence[float]
 _BAD_MATRIX = "Error parsing view or projection matrix."
@@ -77,14 +78,10 @@ def getCameraImage(
     Raises:
         error: a matrix does not have 16 numbers or cannot be inverted.
     """
-    from roboyard.rendering import Camera, render
+    from roboyard.rendering import render
 
     w, h = whole(width), whole(height)
-    view, projection = _matrices(client, w, h, viewMatrix, projectionMatrix)
-    try:
-        camera = Camera(w, h, view, projection)
-    except ValueError as problem:
-        raise failure(_BAD_MATRIX, str(problem)) from None
+    camera = _camera(w, h, *_matrices(client, w, h, viewMatrix, projectionMatrix))
     light = client.light
     light.update(
         lightDirection, lightColor, shadow, (lightAmbientCoeff, lightDiffuseCoeff, lightSpecularCoeff)
@@ -105,12 +102,13 @@ def getCameraImage(
 
 def _matrices(
     client: Client, width: int, height: int, view: Vector | None, projection: Vector | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the (4, 4) view and projection of the arguments, or without both those of the default camera.
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the 16 numbers of view and projection, or without both those of the default camera.
 
     That is the visualizer's; without a window, Bullet's software renderer has one of its own, whose aspect
     never changes, and whose near and far plane are those of the last picture.
     """
+    is_given = view is not None and projection is not None
     if view is None or projection is None:
         if client.method in BLENDING:
             v = client.visualizer
@@ -119,16 +117,28 @@ def _matrices(
         else:
             view = computeViewMatrixFromYawPitchRoll(*_OWN_VIEW)
             projection = computeProjectionMatrixFOV(_OWN_ANGLE, _OWN_ASPECT, *client.picture_planes)
-    else:
-        entries = floats(projection, 16, _BAD_MATRIX)
-        if entries[10] not in (1.0, -1.0):
-            client.picture_planes = entries[14] / (entries[10] - 1.0), entries[14] / (entries[10] + 1.0)
-    to_camera, to_clip = (
-        np.array(floats(matrix, 16, _BAD_MATRIX)).reshape(4, 4).T for matrix in (view, projection)
-    )
+    entries, numbers = floats(projection, 16, _BAD_MATRIX), floats(view, 16, _BAD_MATRIX)
+    if is_given and entries[10] not in (1.0, -1.0):
+        client.picture_planes = entries[14] / (entries[10] - 1.0), entries[14] / (entries[10] + 1.0)
+    return numbers, entries
+
+
+@lru_cache(16)
+def _camera(width: int, height: int, view: tuple[float, ...], projection: tuple[float, ...]) -> Camera:
+    """Return the camera of two column-major matrices; most scripts take many pictures with each.
+
+    Raises:
+        error: a matrix cannot be inverted.
+    """
+    from roboyard.rendering import Camera
+
+    to_camera, to_clip = (np.array(matrix).reshape(4, 4).T for matrix in (view, projection))
     # PyBullet samples a pixel at its lower left corner, half a pixel left of and below the centre.
     to_clip[:2] += np.array([[1.0 / max(width, 1)], [1.0 / max(height, 1)]]) * to_clip[3]
-    return to_camera, to_clip
+    try:
+        return Camera(width, height, to_camera, to_clip)
+    except ValueError as problem:
+        raise failure(_BAD_MATRIX, str(problem)) from None
 
 
 def _ids(scene: PhysicsScene, owners: np.ndarray, flags: int) -> np.ndarray:

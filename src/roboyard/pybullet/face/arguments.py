@@ -29,7 +29,7 @@ def floats(values: Iterable[float], count: int, message: str) -> tuple[float, ..
         raise failure(message, f"expected {count} numbers, got {values!r}") from None
     if len(found) != count:
         raise failure(message, f"expected {count} numbers, got {len(found)}: {found!r}")
-    return tuple(number(value) for value in found)
+    return found if set(map(type, found)) == {float} else tuple(number(value) for value in found)
 
 
 def number(value: Any) -> float:

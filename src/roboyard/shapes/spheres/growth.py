@@ -72,22 +72,30 @@ def grow_to_enclose(corners, centers, radii, slack, finest):
     Args:
         corners: (m, 3, 3) triangles (m).
     """
+    # coordinate by coordinate: numba takes several times as long to compile operations on rows
     n = radii.shape[0]
-    stack = np.empty((256, 3, 3))
+    stack, now = np.empty((256, 3, 3)), np.empty((3, 3))
     for f in range(corners.shape[0]):
-        stack[0] = corners[f]
+        for i in range(3):
+            for k in range(3):
+                stack[0, i, k] = corners[f, i, k]
         top = 1
         while top > 0:
             top -= 1
-            a, b, c = stack[top, 0].copy(), stack[top, 1].copy(), stack[top, 2].copy()
-            m = (a + b + c) / 3.0
+            for i in range(3):
+                for k in range(3):
+                    now[i, k] = stack[top, i, k]
+            x = (now[0, 0] + now[1, 0] + now[2, 0]) / 3.0
+            y = (now[0, 1] + now[1, 1] + now[2, 1]) / 3.0
+            z = (now[0, 2] + now[1, 2] + now[2, 2]) / 3.0
             reach = 0.0
-            for q in (a, b, c):
-                reach = max(reach, (q[0] - m[0]) ** 2 + (q[1] - m[1]) ** 2 + (q[2] - m[2]) ** 2)
+            for i in range(3):
+                dx, dy, dz = now[i, 0] - x, now[i, 1] - y, now[i, 2] - z
+                reach = max(reach, dx * dx + dy * dy + dz * dz)
             reach = math.sqrt(reach)
             gap, who = 1e30, 0
             for s in range(n):
-                dx, dy, dz = m[0] - centers[s, 0], m[1] - centers[s, 1], m[2] - centers[s, 2]
+                dx, dy, dz = x - centers[s, 0], y - centers[s, 1], z - centers[s, 2]
                 d = math.sqrt(dx * dx + dy * dy + dz * dz) - radii[s]
                 if d < gap:
                     gap, who = d, s
@@ -96,12 +104,22 @@ def grow_to_enclose(corners, centers, radii, slack, finest):
             if reach <= finest or top + 2 > stack.shape[0]:
                 radii[who] += gap + reach - slack
                 continue
-            ab, bc, ca = ((b - a) ** 2).sum(), ((c - b) ** 2).sum(), ((a - c) ** 2).sum()
-            if bc >= ab and bc >= ca:
-                a, b, c = b, c, a
-            elif ca >= ab:
-                a, b, c = c, a, b
-            middle = 0.5 * (a + b)
-            stack[top, 0], stack[top, 1], stack[top, 2] = a, middle, c
-            stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2] = middle, b, c
+            ab, bc, ca = _square(now, 0, 1), _square(now, 1, 2), _square(now, 2, 0)
+            a = 1 if bc >= ab and bc >= ca else (2 if ca >= ab else 0)
+            b, c = (a + 1) % 3, (a + 2) % 3
+            for k in range(3):
+                middle = 0.5 * (now[a, k] + now[b, k])
+                stack[top, 0, k], stack[top, 1, k], stack[top, 2, k] = now[a, k], middle, now[c, k]
+                stack[top + 1, 0, k], stack[top + 1, 1, k], stack[top + 1, 2, k] = (
+                    middle,
+                    now[b, k],
+                    now[c, k],
+                )
             top += 2
+
+
+@njit(cache=True, nogil=True)
+def _square(points, i, j):
+    """Return the squared distance of two of (n, 3) points."""
+    x, y, z = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1], points[i, 2] - points[j, 2]
+    return x * x + y * y + z * z

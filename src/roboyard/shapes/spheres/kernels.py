@@ -138,37 +138,46 @@ def descend(x, px, py, pz, weight, tau, tail, floor, ceiling, rounds, sdf, unit,
 
     L-BFGS with eight pairs, projection onto the bounds and backtracking; Nocedal and Wright, Numerical
     Optimization (2006), algorithms 7.4 and 3.1. (SciPy's spends most of its time in threaded linear algebra
-    here.)
+    here.) Coordinate by coordinate: numba takes several times as long to compile operations on arrays.
     """
     n, memory = x.shape[0], 8
     index, gap = np.empty(px.shape[0], np.int32), np.empty(px.shape[0], np.float32)
     grad, grad_try, x_try, direction = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    steps, turns = np.zeros((memory, n)), np.zeros((memory, n))
-    rho, alpha = np.zeros(memory), np.zeros(memory)
+    # one more than is kept, for the newest
+    steps, turns = np.zeros((memory + 1, n)), np.zeros((memory + 1, n))
+    rho, alpha = np.zeros(memory + 1), np.zeros(memory)
     held = 0
     cost = volume_cost(x, px, py, pz, weight, tau, tail, index, gap, grad)
     if price > 0.0:
         cost += surface_cost(x, sdf, unit, directions, tau, price, grad)
     for _ in range(rounds):
-        direction[:] = grad
+        for k in range(n):
+            direction[k] = grad[k]
         for i in range(held):
             j = held - 1 - i
-            alpha[j] = rho[j] * (steps[j] * direction).sum()
-            direction -= alpha[j] * turns[j]
+            alpha[j] = rho[j] * _product(steps, j, direction)
+            _add(direction, -alpha[j], turns, j)
         if held > 0:
-            direction /= rho[held - 1] * (turns[held - 1] * turns[held - 1]).sum()
+            scale = rho[held - 1] * _square(turns, held - 1)
+            for k in range(n):
+                direction[k] /= scale
         else:
             # first step: move no parameter farther than half the step's width
-            direction *= 0.5 * tau / max(np.abs(grad).max(), 1e-30)
+            steepest = 1e-30
+            for k in range(n):
+                steepest = max(steepest, abs(grad[k]))
+            for k in range(n):
+                direction[k] *= 0.5 * tau / steepest
         for j in range(held):
-            direction += (alpha[j] - rho[j] * (turns[j] * direction).sum()) * steps[j]
+            _add(direction, alpha[j] - rho[j] * _product(turns, j, direction), steps, j)
         length, accepted, cost_try = 1.0, False, cost
         for _ in range(12):
+            slope = 0.0
             for k in range(n):
                 x_try[k] = x[k] - length * direction[k]
                 if k % 4 == 3:
                     x_try[k] = min(max(x_try[k], floor), ceiling)
-            slope = (grad * (x_try - x)).sum()
+                slope += grad[k] * (x_try[k] - x[k])
             if slope >= 0.0:
                 break
             cost_try = volume_cost(x_try, px, py, pz, weight, tau, tail, index, gap, grad_try)
@@ -183,20 +192,51 @@ def descend(x, px, py, pz, weight, tau, tail, floor, ceiling, rounds, sdf, unit,
                 break
             held = 0
             continue
-        step, turn = x_try - x, grad_try - grad
-        curvature = (step * turn).sum()
         gained = cost - cost_try
-        x[:], grad[:], cost = x_try, grad_try, cost_try
-        if curvature > 1e-10 * (turn * turn).sum():
-            if held == memory:
-                for j in range(memory - 1):
-                    steps[j], turns[j], rho[j] = steps[j + 1], turns[j + 1], rho[j + 1]
-                held -= 1
-            steps[held], turns[held], rho[held] = step, turn, 1.0 / curvature
+        for k in range(n):
+            steps[held, k], turns[held, k] = x_try[k] - x[k], grad_try[k] - grad[k]
+            x[k], grad[k] = x_try[k], grad_try[k]
+        cost = cost_try
+        curvature = 0.0
+        for k in range(n):
+            curvature += steps[held, k] * turns[held, k]
+        if curvature > 1e-10 * _square(turns, held):
+            rho[held] = 1.0 / curvature
             held += 1
+        if held > memory:
+            held = memory
+            for j in range(memory):
+                rho[j] = rho[j + 1]
+                for k in range(n):
+                    steps[j, k], turns[j, k] = steps[j + 1, k], turns[j + 1, k]
         if gained < 1e-5 * cost:
             break
     return cost
+
+
+@njit(cache=True, nogil=True)
+def _product(rows, j, vector):
+    """Return the dot product of row j of (m, n) numbers and an (n,) vector."""
+    total = 0.0
+    for k in range(vector.shape[0]):
+        total += rows[j, k] * vector[k]
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _square(rows, j):
+    """Return the squared length of row j of (m, n) numbers."""
+    total = 0.0
+    for k in range(rows.shape[1]):
+        total += rows[j, k] * rows[j, k]
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _add(vector, factor, rows, j):
+    """Add a multiple of row j of (m, n) numbers to an (n,) vector."""
+    for k in range(vector.shape[0]):
+        vector[k] += factor * rows[j, k]
 
 
 @njit(cache=True, nogil=True)

@@ -112,7 +112,8 @@ def triangles(meshes: TriangleMesh | Sequence[TriangleMesh]) -> list[Triangles]:
     soups = []
     for mesh in listed:
         vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
-        faces = np.ascontiguousarray(mesh.faces, dtype=np.int32).reshape(-1, 3)
+        # a copy: numba compiles loops for arrays that cannot be written once more
+        faces = np.array(mesh.faces, dtype=np.int32, order="C").reshape(-1, 3)
         is_finite = bool(np.isfinite(vertices).all())  # by rows it takes ten times as long
         if is_finite and len(faces) and faces.min() >= 0 and faces.max() < len(vertices):
             soups.append((vertices, faces))
