@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
-from roboyard.sim.stepping import time_steps
+from roboyard.sim.stepping import contact_rows
 
 ARM = """<robot name="a"><link name="base"/>
 <link name="upper"><inertial><mass value="2"/><origin xyz="0 0 0.2"/>
@@ -36,10 +36,20 @@ TWO = """<mujoco><worldbody>
 STEPS = 12
 
 
-@pytest.fixture(params=[0, 10**9], ids=["made here", "MuJoCo's"])
-def fewest(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    """The number of pairs from which on rows are made as they are solved."""
-    monkeypatch.setattr(time_steps, "FEWEST", request.param)
+ALL, CONTACTS, NONE = "all", "contacts", "none"
+
+
+def make_here(monkeypatch: pytest.MonkeyPatch, which: str) -> None:
+    """Let these rows be made here instead of by MuJoCo."""
+    monkeypatch.setattr(contact_rows, "FEWEST", 10**9 if which == NONE else 0)
+    if which != ALL:
+        monkeypatch.setattr(contact_rows.ContactRows, "makes_joints", lambda *_: False)
+
+
+@pytest.fixture(params=[ALL, CONTACTS, NONE])
+def made_here(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """Which rows are made here as they are solved."""
+    make_here(monkeypatch, request.param)
     yield request.param
 
 
@@ -97,17 +107,19 @@ def _results(folder: Path) -> dict[str, np.ndarray]:
 
 
 def test_rows_made_here_do_what_mujocos_rows_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(time_steps, "FEWEST", 0)
-    ours = _results(tmp_path)
-    monkeypatch.setattr(time_steps, "FEWEST", 10**9)
-    theirs = _results(tmp_path)
-    assert np.count_nonzero(ours["forces"]) > 100
-    assert np.abs(ours["reactions"]).max() > 10.0
-    for name, tolerance in (("places", 1e-9), ("forces", 1e-6), ("reactions", 1e-6), ("motors", 1e-6)):
-        np.testing.assert_allclose(ours[name], theirs[name], atol=tolerance, err_msg=name)
+    results = []
+    for which in (ALL, CONTACTS, NONE):
+        make_here(monkeypatch, which)
+        results.append(_results(tmp_path))
+    theirs = results.pop()
+    for ours in results:
+        assert np.count_nonzero(ours["forces"]) > 100
+        assert np.abs(ours["reactions"]).max() > 10.0
+        for name, tolerance in (("places", 1e-9), ("forces", 1e-6), ("reactions", 1e-6), ("motors", 1e-6)):
+            np.testing.assert_allclose(ours[name], theirs[name], atol=tolerance, err_msg=name)
 
 
-def test_the_forces_of_a_heap_at_rest_carry_its_weight(client: int, fewest: int) -> None:
+def test_the_forces_of_a_heap_at_rest_carry_its_weight(client: int, made_here: str) -> None:
     p.setGravity(0, 0, -9.81)
     plane = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
     shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3)
@@ -120,7 +132,7 @@ def test_the_forces_of_a_heap_at_rest_carry_its_weight(client: int, fewest: int)
     assert sum(point[9] for point in points) == pytest.approx(8 * 0.5 * 9.81, rel=1e-4)
 
 
-def test_contacts_that_are_found_without_a_step_have_no_force(client: int, fewest: int) -> None:
+def test_contacts_that_are_found_without_a_step_have_no_force(client: int, made_here: str) -> None:
     p.setGravity(0, 0, -9.81)
     p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
     box = p.createMultiBody(
@@ -135,7 +147,7 @@ def test_contacts_that_are_found_without_a_step_have_no_force(client: int, fewes
     assert {point[9] for point in found} == {0.0}
 
 
-def test_worlds_whose_rows_are_not_all_ours_have_mujocos(client: int, fewest: int, tmp_path: Path) -> None:
+def test_worlds_whose_rows_are_not_all_ours_have_mujocos(client: int, made_here: str, tmp_path: Path) -> None:
     """A tendon of a file is MuJoCo's to solve, and so are all contacts beside it."""
     file = tmp_path / "two.xml"
     file.write_text(TWO, encoding="utf-8")

@@ -13,6 +13,7 @@ from sim_robots import arm
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import step_row_kernels, step_rows
+from roboyard.sim.stepping.contact_rows import ContactRows
 from roboyard.sim.stepping.impulses.records import DENSE, EXTRA
 from roboyard.sim.stepping.step_rows import ROWS, StepRows
 
@@ -96,6 +97,12 @@ def test_addresses_outside_the_block_are_refused() -> None:
     assert search(np.where(np.arange(16) > 1, 0, good), contacts=0, rows=0, entries=0) == 1
 
 
+@pytest.fixture
+def rows_of_mujoco(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let MuJoCo make all rows, as it does where the addresses are not known."""
+    monkeypatch.setattr(ContactRows, "serves", lambda *_: False)
+
+
 def _states(steps: int, *, keeps_points: bool) -> np.ndarray:
     """Return the states of a world with motors, contacts and bodies that come and go.
 
@@ -126,7 +133,7 @@ def _states(steps: int, *, keeps_points: bool) -> np.ndarray:
             world.remove(world.bodies[-1])
         world.step()
         data = world.live_data
-        alone += data.ncon > 0 and data.nf > 0
+        alone += data.ncon > 0 and (data.nf > 0 or world.stepping.in_turn.contact_rows.is_last)
         kept += world.stepping.manifolds.points.notes[EXTRA] > 0
         states.append(np.concatenate([np.resize(data.qpos, 24), np.resize(data.qvel, 24), [data.time]]))
     assert alone > steps // 3
@@ -135,11 +142,22 @@ def _states(steps: int, *, keeps_points: bool) -> np.ndarray:
 
 
 @pytest.mark.parametrize("keeps_points", [False, True])
-def test_steps_are_the_same_to_the_last_bit_without_the_addresses(keeps_points: bool, without_memory) -> None:
+def test_steps_are_the_same_to_the_last_bit_without_the_addresses(
+    keeps_points: bool, without_memory, rows_of_mujoco: None
+) -> None:
     with_addresses = _states(240, keeps_points=keeps_points)
     without_memory()
     np.testing.assert_array_equal(_states(240, keeps_points=keeps_points), with_addresses)
     assert np.ptp(with_addresses, axis=0).max() > 0.1
+
+
+@pytest.mark.parametrize("keeps_points", [False, True])
+def test_steps_with_rows_that_are_made_here_are_the_same(
+    keeps_points: bool, request: pytest.FixtureRequest
+) -> None:
+    ours = _states(120, keeps_points=keeps_points)
+    request.getfixturevalue("rows_of_mujoco")
+    np.testing.assert_allclose(ours, _states(120, keeps_points=keeps_points), atol=1e-7)
 
 
 def _states_of_boxes(steps: int) -> np.ndarray:

@@ -53,6 +53,11 @@ class ContactRows:
         self.is_last = False
         """Whether all rows of the last step are here."""
 
+    def invalidate(self) -> None:
+        """Note that MuJoCo's arrays are new."""
+        self._model = None
+        self.is_last = False
+
     def makes_joints(self, model: Any) -> bool:
         """Return whether rows of joints are made here, too: there are no others but those of contacts."""
         if self._model is not model:

@@ -100,7 +100,7 @@ class SequentialMotors:
         """Note that MuJoCo's arrays are new."""
         self._mechanism = self._parts = None
         self._known = ()
-        self.contact_rows.is_last = False
+        self.contact_rows.invalidate()
 
     def note_bodies(self) -> None:
         """Note that bodies were added or removed; where MuJoCo's arrays stay, the order alone is another."""
