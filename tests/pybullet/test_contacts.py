@@ -191,3 +191,22 @@ def test_a_convex_hull_rests_on_its_margin(client: int, tmp_path: Path) -> None:
     _steps(240)
     assert p.getBasePositionAndOrientation(hull)[0][2] == pytest.approx(0.101, abs=1e-4)
     assert p.getContactPoints(hull)[0][5][2] == pytest.approx(0, abs=1e-4)
+
+
+def test_contacts_asked_for_once_more_are_those_of_the_present(client: int) -> None:
+    p.setGravity(0, 0, -10)
+    floor = p.createMultiBody(
+        0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[1, 1, 0.5]), -1, [0, 0, -0.5]
+    )
+    shape = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+    balls = [p.createMultiBody(1, shape, -1, [x, 0, 0.0995]) for x in (-0.5, 0.5)]
+    p.stepSimulation()
+    contacts = p.getContactPoints()
+    assert len(contacts) == 2
+    assert tuple(row for ball in balls for row in p.getContactPoints(floor, ball)) == contacts
+    p.stepSimulation()
+    later = p.getContactPoints()
+    assert [row[8] for row in later] != [row[8] for row in contacts]
+    p.resetBasePositionAndOrientation(balls[0], [-0.5, 0, 3], [0, 0, 0, 1])
+    p.performCollisionDetection()
+    assert {row[1:3] for row in p.getContactPoints()} in ({(balls[1], floor)}, {(floor, balls[1])})

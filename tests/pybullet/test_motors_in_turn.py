@@ -117,3 +117,31 @@ def test_equals_swap_places_in_the_quicksort() -> None:
     items = [(2, 0, 0), (0, 1, 0), (1, 2, 1), (0, 3, 0)]
     quicksort(items)
     assert [key for key, _, _ in items] == [0, 0, 1, 2]
+
+
+_LIGHT_ARM = """<robot name="arm"><link name="base"/>
+<link name="a">{inertial}</link>
+<link name="b">{inertial}</link>
+<joint name="one" type="continuous"><parent link="base"/><child link="a"/><axis xyz="0 1 0"/></joint>
+<joint name="two" type="continuous"><parent link="a"/><child link="b"/><origin xyz="0 0 0.2"/>
+<axis xyz="0 1 0"/></joint></robot>"""
+_LIGHT = """<inertial><origin xyz="0 0 0.1"/><mass value="0.2"/>
+<inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.0005"/></inertial>"""
+
+
+def test_velocities_are_bounded_before_motors_act(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "arm.urdf"
+    file.write_text(_LIGHT_ARM.format(inertial=_LIGHT))
+    p.setTimeStep(0.001)
+    p.setPhysicsEngineParameter(numSolverIterations=10)
+    arm = p.loadURDF(str(file), useFixedBase=True, flags=p.URDF_USE_INERTIA_FROM_FILE)
+    p.setJointMotorControl2(arm, 0, p.VELOCITY_CONTROL, force=0)
+    for _ in range(60):
+        p.setJointMotorControl2(arm, 0, p.TORQUE_CONTROL, force=60.0)
+        p.setJointMotorControl2(arm, 1, p.POSITION_CONTROL, 0.5, force=20.0)
+        p.stepSimulation()
+    states = p.getJointStates(arm, [0, 1])
+    # PyBullet 3.2.7's; 60 Nm turn the arm beyond its 100 rad/s in a step
+    (first, first_speed), (second, second_speed) = (state[:2] for state in states)
+    assert (first, second) == pytest.approx((3.9776860017520517, 0.1270064030677437), abs=1e-7)
+    assert (first_speed, second_speed) == pytest.approx((91.96858838903796, -16.821179703092646), abs=1e-6)

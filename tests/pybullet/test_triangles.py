@@ -109,3 +109,46 @@ def test_the_closest_triangle_of_a_mesh_counts(stairs: str) -> None:
     ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.06), -1, [0.15, 0, 0.2])
     nearest = min(point[8] for point in p.getClosestPoints(ball, body, 0.5))
     assert nearest == pytest.approx(math.hypot(0.15, 0.05) - 0.06, abs=5e-4), "the edge of the next step"
+
+
+_TROUGH = """
+v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1
+f 1 2 3\nf 1 3 4\nf 1 6 2\nf 1 5 6\nf 4 3 8\nf 4 8 7
+"""
+_ON_A_FIXED_JOINT = """<robot name="cell"><link name="base"/>
+<link name="trough"><collision concave="yes"><geometry><mesh filename="trough.obj"/></geometry></collision>
+</link>
+<joint name="fixed" type="fixed"><parent link="base"/><child link="trough"/><origin xyz="0.5 0 0.2"/></joint>
+</robot>"""
+_IN_SDF = """<sdf version="1.6"><world name="w"><model name="cell"><static>1</static><link name="trough">
+<inertial><mass>0</mass><inertia><ixx>1</ixx><ixy>0</ixy><ixz>0</ixz><iyy>1</iyy><iyz>0</iyz><izz>1</izz>
+</inertia></inertial>
+<collision concave="yes" name="c"><geometry><mesh><scale>1 1 1</scale><uri>trough.obj</uri></mesh>
+</geometry></collision></link></model></world></sdf>"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "link", "floor", "height"),
+    [
+        ("cell.urdf", _ON_A_FIXED_JOINT, 0, 0.2, 0.29998989564487993),
+        ("cell.sdf", _IN_SDF, -1, 0.0, 0.09998580463447805),
+    ],
+)
+def test_bodies_fall_into_a_concave_mesh_of_a_fixed_link(
+    client: int, tmp_path: Path, name: str, text: str, link: int, floor: float, height: float
+) -> None:
+    (tmp_path / "trough.obj").write_text(_TROUGH)
+    file = tmp_path / name
+    file.write_text(text)
+    p.setGravity(0, 0, -10)
+    body = p.loadURDF(str(file), useFixedBase=True) if link == 0 else p.loadSDF(str(file))[0]
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), -1, [0.5, 0.3, 1.0])
+    hit = p.rayTest([0.5, 0.5, 5], [0.5, 0.5, -5])[0]
+    assert hit[:2] == (body, link)
+    assert hit[3][2] == pytest.approx(floor, abs=1e-7)
+    for step in range(200):
+        p.stepSimulation()
+        if step == 60:  # still above the floor, below the edges of the walls; PyBullet 3.2.7's height
+            assert p.getBasePositionAndOrientation(ball)[0][2] == pytest.approx(0.6741637750521994, abs=1e-8)
+    assert p.getBasePositionAndOrientation(ball)[0] == pytest.approx((0.5, 0.3, height), abs=2e-6)
+    assert {contact[3] for contact in p.getContactPoints(body, ball)} == {link}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import pytest
@@ -12,8 +13,9 @@ _POINTER = "version https://git-lfs.github.com/spec/v1\noid sha256:4cac\nsize 12
 _INERTIAL = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 
 
-def _robot(folder: Path, shape: str, mesh: str, text: str) -> int:
-    (folder / mesh).write_text(text)
+def _robot(folder: Path, shape: str, mesh: str, text: str | None) -> int:
+    if text is not None:
+        (folder / mesh).write_text(text)
     geometry = f'<geometry><mesh filename="{mesh}"/></geometry>'
     file = folder / "r.urdf"
     file.write_text(f'<robot name="r"><link name="a">{_INERTIAL}<{shape}>{geometry}</{shape}></link></robot>')
@@ -34,6 +36,20 @@ def test_a_robot_with_a_mesh_that_is_not_there_loads_as_in_pybullet(
         (row,) = p.getVisualShapeData(robot)
         assert row[:4] == (robot, -1, p.GEOM_MESH, (1.0, 1.0, 1.0))
     p.getCameraImage(16, 16)
+
+
+@pytest.mark.parametrize("shape", ["collision", "visual"])
+def test_a_binary_stl_file_with_a_blank_header_is_read(
+    client: int, tmp_path: Path, shape: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    triangle = struct.pack("<12fH", 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0)
+    top = struct.pack("<12fH", 1, 1, 1, 0, 0, 3, 2, 0, 0, 0, 1, 0, 0)
+    (tmp_path / "a.stl").write_bytes(b" " * 80 + struct.pack("<I", 2) + triangle + top)
+    robot = _robot(tmp_path, shape, "a.stl", None)
+    p.getCameraImage(16, 16)
+    assert not caplog.records
+    if shape == "collision":
+        assert p.getAABB(robot)[1] == pytest.approx((2.002, 1.002, 4.002), abs=1e-6)  # as in PyBullet 3.2.7
 
 
 def test_a_mesh_that_comes_later_is_read(client: int, tmp_path: Path) -> None:

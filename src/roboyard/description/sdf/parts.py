@@ -53,6 +53,8 @@ def shape_element(shape: ET.Element, tag: str, origin: ET.Element, *, prefix: st
         prefix: of file names without a scheme, those that stand in a file of another folder.
     """
     part = made(tag, shape, name=shape.get("name", tag))
+    if tag == "collision" and "concave" in shape.attrib:  # PyBullet's, in SDF as in URDF
+        part.set("concave", shape.attrib["concave"])
     part.append(origin)
     geometry = shape.find("geometry")
     for kind in geometry if geometry is not None else ():

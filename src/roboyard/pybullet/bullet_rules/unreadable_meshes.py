@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 _log = LazyLogger("roboyard")
 _POINTER = b"version https://git-lfs"
+_LONGEST_BLANK = 80
+"""Size (bytes) up to which a file that begins with blanks is empty; longer ones have an STL file's header."""
 
 
 def without_unreadable_meshes(description: RobotDescription) -> RobotDescription:
@@ -67,9 +69,10 @@ def _is_stand_in(shape: Visual) -> bool:
         return False
     try:
         beginning = read_head(file, len(_POINTER))
+        is_blank = not beginning.strip() and file.stat().st_size <= _LONGEST_BLANK
     except OSError:
         return False
-    if beginning.strip() and beginning != _POINTER:
+    if not is_blank and beginning != _POINTER:
         return False
     _log.warning("%s: no mesh (empty, or a git-lfs pointer: git lfs pull); shown as nothing", file)
     return True

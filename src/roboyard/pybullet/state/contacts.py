@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from roboyard.pybullet.bullet_rules.contact_order import kind_of, tangents
+
+if TYPE_CHECKING:
+    from roboyard.sim.queries.contacts import ContactArrays
 
 Point = tuple[Any, ...]
 Place = tuple[int, int]
@@ -31,17 +34,26 @@ def touching(scene: Any) -> Iterable[Contact]:
     return found
 
 
-def _touching(scene: Any) -> Iterator[Contact]:
+def _touching(scene: Any) -> list[Contact]:
+    """Return the contacts in MuJoCo's arrays; scripts ask once for each foot, so they are kept meanwhile."""
     from roboyard.sim.queries.contacts import contact_arrays
 
     arrays = contact_arrays(scene.world)
-    middles = arrays.position.tolist()
-    normals = arrays.frame[:, 0].tolist()
     if scene.parts > 1:
         arrays.force[:] /= scene.parts
+    geoms = scene.world.live_data.contact.geom
+    last, asked = scene.last_step, (arrays.position, arrays.frame, arrays.distance, arrays.force, geoms)
+    key = (scene.world.revision, *[array.tobytes() for array in asked])
+    if last.listed is None or last.listed[0] != key:
+        last.listed = key, list(_contacts_in(scene, arrays, geoms.tolist()))
+    return last.listed[1]
+
+
+def _contacts_in(scene: Any, arrays: ContactArrays, geoms: list[list[int]]) -> Iterator[Contact]:
+    middles = arrays.position.tolist()
+    normals = arrays.frame[:, 0].tolist()
     forces = np.einsum("ij,ijk->ik", arrays.force, arrays.frame).tolist()
     kinds: dict[Place, int] = {}
-    geoms = scene.world.live_data.contact.geom.tolist()
     reaches: Any = None
     for i, distance in enumerate(arrays.distance.tolist()):
         pushing = float(arrays.force[i, 0])
@@ -101,6 +113,8 @@ class LastStep:
         self._scene = scene
         self.contacts: list[Contact] | None = None
         """Kept contacts; None where MuJoCo's arrays have them."""
+        self.listed: tuple[tuple[Any, ...], list[Contact]] | None = None
+        """What MuJoCo's arrays had when they were last read, and the contacts in them."""
         self.filtered: dict[Place, None] = {}
         """Links whose contacts are forgotten: a new filter lets Bullet find their pairs again in the next
         step."""

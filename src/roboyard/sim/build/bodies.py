@@ -122,6 +122,7 @@ def _build_into(
     masses = simulated_masses(description, fixed_base=options.fixed_base, scale=options.scale)
     body = spec.worldbody.add_body(name=f"{prefix}{root.name}", pos=position, quat=to_wxyz(quaternion))
     record = BuiltLink(name=root.name, parent=-1, element=body, link=root, mass=masses[root.name])
+    record.is_static = options.fixed_base
     built.links.append(record)
     if not options.fixed_base:
         built.free_joint = body.add_freejoint(name=f"{prefix}{root.name}/free", align=0)
@@ -147,6 +148,7 @@ def _build_into(
         index[link.name] = len(built.links)
         built.links.append(record)
         add_joint(record, spec, prefix, options, built)
+        record.is_static = built.links[record.parent].is_static and not record.joint_elements
         _fill_link(record, spec, assets, prefix, options, built.notes)
     for place, record in enumerate(built.links):
         record.place = place

@@ -55,7 +55,7 @@ def add_collision(
     notes: list[str],
 ) -> None:
     """Add one collision shape to a link's body; a shape without size is skipped with a note."""
-    static = options.fixed_base and record.parent == -1
+    static = record.is_static
     is_concave = static and collision.concave and isinstance(collision.geometry, Mesh)
     contact = record.link.contact if record.link is not None else None
     fields = {
@@ -125,7 +125,7 @@ def add_visual(
     notes: list[str],
 ) -> None:
     """Add one visual shape to a link's body; it does not collide and has no mass."""
-    static = options.fixed_base and record.parent == -1
+    static = record.is_static
     arguments = geom_arguments(
         record, spec, assets, visual.geometry, visual.origin, options.scale, static=static, hull=False
     )

@@ -44,6 +44,8 @@ class BuiltLink:
     mass: MassProperties | None = None
     place: int = 0
     """Index among the links in MuJoCo's order, depth first."""
+    is_static: bool = False
+    """Whether nothing but fixed joints is between the link and a fixed base."""
 
 
 @dataclass(kw_only=True, slots=True)

@@ -86,6 +86,8 @@ def execute(  # pragma: no cover
                 mechanism.geom_body, state.xpos, state.xmat, FRICTION_ERP / rules[TIMESTEP], surface.base,
             )  # fmt: skip
         accelerate(mechanism, state, surface, solver)
+        if rules[IS_BOUNDED] > 0.0 and solver.ends[5] == count:
+            bound_velocity(state.qvel, state.smooth, rules[TIMESTEP], solver.largest)
     if last >= SOLVE:
         solve(rows, contacts, search, mechanism, state, surface, solver)
         if rules[KEEPS_POINTS] > 0.0 and solver.ends[5] == count:
