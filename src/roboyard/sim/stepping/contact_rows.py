@@ -41,11 +41,16 @@ class ContactRows:
         self._made_of: Any = None
         """The bundle of MuJoCo's rows that the present one replaces."""
 
-    def find(self, model: Any, data: Any, found: StepRows) -> int:
-        """Compute all that mj_step1 does but rows; return the number of rows of joints and equalities."""
+    def find(
+        self, model: Any, data: Any, found: StepRows, collide: Callable[[Callable[..., None], Any, Any], None]
+    ) -> int:
+        """Compute all that mj_step1 does but rows; return the number of rows of joints and equalities.
+
+        `collide` calls a function of MuJoCo that finds contacts.
+        """
         _without_contacts(mujoco.mj_step1, model, data)
         count = found.counts_now()[ALL]
-        mujoco.mj_collision(model, data)
+        collide(mujoco.mj_collision, model, data)
         return count
 
     def make_others(self, model: Any, data: Any) -> None:

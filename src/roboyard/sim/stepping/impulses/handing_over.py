@@ -18,7 +18,9 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 
 
 @compiled(EVERYTHING, fast_math=True, from_start=True)
-def hand_over(rows, contacts, search, mechanism, state, points, surface, solver):  # pragma: no cover
+def hand_over(  # pragma: no cover
+    rows, contacts, search, mechanism, state, points, surface, solver, fields
+):
     """Write what rows ask for, for MuJoCo's solver, and what forces alone lead to, drag among them.
 
     Done after `execute`, which has found the rows and has room for them.

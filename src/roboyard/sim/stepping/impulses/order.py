@@ -35,7 +35,7 @@ FRICTION_ERP = 0.2
 
 @compiled(EVERYTHING, "i8 i8 i8 -> i8", fast_math=True, from_start=True, joins_lines=True)
 def execute(  # pragma: no cover
-    rows, contacts, search, mechanism, state, points, surface, solver, first, last, remade
+    rows, contacts, search, mechanism, state, points, surface, solver, fields, first, last, remade
 ):
     """Execute the parts `first` to `last` of a step; return what is to be done next.
 
@@ -53,7 +53,7 @@ def execute(  # pragma: no cover
     if contact_count > points.sequence.shape[0]:
         return ROOM
     if first <= KEEP:
-        answer = keep(rows, contacts, search, mechanism, state, points, surface, rules)
+        answer = keep(rows, contacts, search, mechanism, state, points, surface, fields, rules)
         if answer != DONE or last <= KEEP:
             return answer
     if first <= ARRANGE:

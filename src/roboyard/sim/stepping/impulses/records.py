@@ -4,6 +4,7 @@ import numpy as np
 
 from roboyard._records import NamedTuple
 from roboyard.native import Bundle, record
+from roboyard.sim.stepping.narrow_phase.field_kernels import FIELDS
 from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 
 (
@@ -287,5 +288,5 @@ SOLVER = record(
     " f8[:,::1] f8[:,::1] f8[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1]"
     " f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[:,::1]",
 )
-EVERYTHING = Bundle((ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER))
+EVERYTHING = Bundle((ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER, FIELDS))
 """Arrays of a step."""
