@@ -12,7 +12,13 @@ from scipy.spatial.transform import Rotation
 
 from roboyard.sim.stepping.narrow_phase import field_contacts
 from roboyard.sim.stepping.narrow_phase.closest_points import BEYOND, BOX, FIRST, FOUND, SECOND, SPHERE
-from roboyard.sim.stepping.narrow_phase.field_kernels import AXES, WORK, is_beyond, on_triangle
+from roboyard.sim.stepping.narrow_phase.field_kernels import (
+    AXES,
+    WORK,
+    is_beyond,
+    on_triangle,
+    radius_around,
+)
 
 SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 NO_HULLS, NO_SPANS = np.zeros((0, 3)), np.zeros((2, 2), np.int32)
@@ -38,7 +44,7 @@ def _work(place: np.ndarray, axes: np.ndarray, half: np.ndarray, triangle: np.nd
 @pytest.mark.parametrize("kind", [SPHERE, BOX])
 def test_a_shape_and_a_triangle_have_the_distance_of_least_squares(kind: int) -> None:
     rng = np.random.default_rng(kind)
-    near = 0
+    near = beyond = 0
     for _ in range(300):
         place, triangle = 0.3 * rng.normal(size=3), 0.2 * rng.normal(size=(3, 3))
         axes = Rotation.from_quat(rng.normal(size=4)).as_matrix()
@@ -48,8 +54,11 @@ def test_a_shape_and_a_triangle_have_the_distance_of_least_squares(kind: int) ->
         wanted = _nearest(place + (SIGNS * half) @ axes.T, triangle)
         if wanted < 1e-6:
             continue
-        if kind == BOX and is_beyond(work, reach):
+        radius = radius_around(kind, 0, NO_HULLS, NO_SPANS, work)
+        assert radius == pytest.approx(np.linalg.norm(half), abs=1e-12)
+        if is_beyond(work, radius, reach):
             assert wanted > reach
+            beyond += 1
         apart, is_known = on_triangle(kind, 0, 1, NO_HULLS, NO_SPANS, reach, work)
         if wanted > reach:
             assert not is_known or apart > reach
@@ -60,7 +69,7 @@ def test_a_shape_and_a_triangle_have_the_distance_of_least_squares(kind: int) ->
         way = work[FOUND : FOUND + 3] - work[FOUND + 3 : FOUND + 6]
         assert np.linalg.norm(way) == pytest.approx(apart, abs=1e-9)
         np.testing.assert_allclose(np.cross(way, work[FOUND + 6 : FOUND + 9]), 0.0, atol=1e-9)
-    assert near > 50
+    assert near > 50 and beyond > 50
 
 
 FIELD = """<mujoco><asset><hfield name="h" nrow="9" ncol="13" size="0.6 0.4 0.2 0.1"/></asset><worldbody>
@@ -84,7 +93,7 @@ def test_there_is_room_for_points_wherever_mujoco_finds_one(shape: str) -> None:
     for _ in range(400):
         place = rng.uniform([-0.75, -0.55, -0.3], [0.75, 0.55, 0.5])
         data.qpos[:3] = np.array([0.3, -0.2, 0.1]) + turn.apply(place)
-        data.qpos[3:] = Rotation.random(random_state=rng).as_quat()
+        data.qpos[3:] = Rotation.from_quat(rng.normal(size=4)).as_quat()
         other.qpos[:] = data.qpos
         mujoco.mj_forward(model, data)
         mujoco.mj_forward(marked, other)

@@ -16,6 +16,7 @@ from roboyard.sim.stepping.narrow_phase.field_kernels import (
     is_beyond,
     is_searched,
     on_triangle,
+    radius_around,
     write_bounds,
     write_corner,
     write_point,
@@ -66,7 +67,7 @@ def keep_points(  # pragma: no cover
     contacts. before: number of pairs in the step before, with keys: (n,), counts: (n,) and points:
     (n, 4, 17), the places in the frames of the two bodies, the contact frame, 1 where it did not slide, and
     the gap (m).
-    new_...: those of this step, written. fresh: (64,) work array. source: (4 ncon,) contact of which each
+    new_...: those of this step, written. fresh: work array. source: (4 ncon,) contact of which each
     extra point is a copy, extra: (4 ncon, 13) its position, frame and distance, written. slots: (5 ncon,)
     place of each contact's point in the table as 4 n + m, -1 for none, written. ends: (4,), number of pairs
     and, as the last, of contacts moved, written. boxes, compound: as of `drop_gaps`. ages: (ngeom,) turns in
@@ -94,7 +95,10 @@ def keep_points(  # pragma: no cover
             continue
         key = a * geoms + b
         one, two = geom_body[a], geom_body[b]
-        reach = min(min(reaches[a], reaches[b]), seen)
+        is_own = is_searched(fields, geom_type, boxes, spans, a, b)
+        reach = min(reaches[a], reaches[b])
+        if not is_own:
+            reach = min(reach, seen)
         thickness = margins[a] + margins[b]
         widths = margins[a], margins[b]
         n = 0
@@ -111,9 +115,7 @@ def keep_points(  # pragma: no cover
         are_boxes = geom_type[a] == BOX and geom_type[b] == BOX  # they begin to touch without a gap
         side_a = 3 if boxes.shape[0] > 0 and comes_second(geom_type, compound, ages, a, b) else 0
         takes_new = are_boxes or on_field  # of a step's points one may replace another
-        is_own = is_searched(fields, geom_type, boxes, rounding, spans, a, b)
         if is_own:
-            reach = min(reaches[a], reaches[b])
             n = find_on_field(
                 fields, geom_type, geom_body, xpos, xmat, boxes, rounding, hulls, spans, a, b, widths, reach,
                 side_a, is_anchored, new_points, pairs, n, fresh,
@@ -244,8 +246,8 @@ def keep_points(  # pragma: no cover
             slots[contact_count + found] = MOST * pairs + m
             found += 1
         for j in range(first + shown, i if is_own else first):
+            held += 1 if contacts.exclude[j] == 0 else 0
             dist[j], contacts.exclude[j], contacts.address[j] = AWAY, 1, -1
-            held += 1
         for j in range(first, i):
             if slots[j] >= 0:
                 slots[j] += MOST * pairs
@@ -285,6 +287,7 @@ def find_on_field(
     work[SECOND + 15] = 0.0
     thickness = widths[0] + widths[1]
     far = reach + thickness + work[FIRST + 15]
+    radius, around = radius_around(kind, shape, hulls, spans, work), reach + thickness
     low, high = work[BOUNDS + 2], work[BOUNDS + 5]
     fresh = work[POINT:]
     for column in range(first_column, last_column + 1):
@@ -301,7 +304,7 @@ def find_on_field(
                 write_corner(fields, field, row, column, z, work, first)
                 write_corner(fields, field, row + 1, column + 1, above, work, t + 3)
                 write_corner(fields, field, side_row, side_column, beside, work, last)
-                if is_beyond(work, reach):
+                if is_beyond(work, radius, around):
                     continue
                 apart, is_known = on_triangle(kind, shape, field, hulls, spans, far, work)
                 gap = apart - work[FIRST + 15]

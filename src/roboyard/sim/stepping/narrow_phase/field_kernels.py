@@ -43,7 +43,7 @@ WORK = POINT + 16
 FIELDS = record(Fields, "f8[:,::1] f8[:,::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] f4[::1]")
 
 
-def is_searched(fields, geom_type, boxes, rounding, spans, a, b):  # pragma: no cover
+def is_searched(fields, geom_type, boxes, spans, a, b):  # pragma: no cover
     """Return whether geom a is a height field, and the form of geom b is known."""
     if geom_type[a] != FIELD or boxes.shape[0] == 0 or fields.heights.shape[0] == 0:
         return False
@@ -90,10 +90,11 @@ def write_corner(fields, field, row, column, z, work, place):  # pragma: no cove
         work[place + k] = across + fields.turns[field, 3 * k + 2] * z + fields.places[field, k]
 
 
-def is_beyond(work, reach):  # pragma: no cover
-    """Return whether the box at AXES and the triangle at SECOND are farther apart than `reach` (m).
+def is_beyond(work, radius, reach):  # pragma: no cover
+    """Return whether the shape in the box at AXES is known to be farther than `reach` (m) from a triangle.
 
-    Only the triangle's normal and the box's axes are looked along.
+    The triangle is at SECOND. Looked at are the ball around the middle of the box that the shape is in, with
+    a radius (m), and the box along its axes and along the triangle's normal.
     """
     t = SECOND + 3
     ux, uy, uz = work[t + 3] - work[t], work[t + 4] - work[t + 1], work[t + 5] - work[t + 2]
@@ -103,20 +104,60 @@ def is_beyond(work, reach):  # pragma: no cover
     half = 0.0
     for axis in range(3, 12, 3):
         half += abs(nx * work[AXES + axis] + ny * work[AXES + axis + 1] + nz * work[AXES + axis + 2])
-    length = np.sqrt(nx * nx + ny * ny + nz * nz)
-    if abs(nx * x + ny * y + nz * z) - half > reach * length:
+    squared = nx * nx + ny * ny + nz * nz
+    length = np.sqrt(squared)
+    over = nx * x + ny * y + nz * z
+    if abs(over) > min(half, radius * length) + reach * length:
         return True
     for axis in range(3, 12, 3):
         ax, ay, az = work[AXES + axis], work[AXES + axis + 1], work[AXES + axis + 2]
-        squared = ax * ax + ay * ay + az * az
+        own = ax * ax + ay * ay + az * az
         first = ax * x + ay * y + az * z
         second = first - (ax * ux + ay * uy + az * uz)
         third = first - (ax * vx + ay * vy + az * vz)
         least, most = min(first, second, third), max(first, second, third)
-        most_apart = squared + reach * np.sqrt(squared)
-        if least > most_apart or most < -most_apart:
+        apart = own + reach * np.sqrt(own)
+        if least > apart or most < -apart:
             return True
+    if squared > 0.0:  # how far beyond each edge the middle is, in the triangle's plane
+        left = (radius + reach) * (radius + reach) - over * over / squared
+        for k in range(3):
+            i, j = t + 3 * k, t + 3 * ((k + 1) % 3)
+            ex, ey, ez = work[j] - work[i], work[j + 1] - work[i + 1], work[j + 2] - work[i + 2]
+            sx, sy, sz = ey * nz - ez * ny, ez * nx - ex * nz, ex * ny - ey * nx
+            x, y, z = work[AXES] - work[i], work[AXES + 1] - work[i + 1], work[AXES + 2] - work[i + 2]
+            side = sx * x + sy * y + sz * z
+            if side > 0.0 and side * side > left * (sx * sx + sy * sy + sz * sz):
+                return True
     return False
+
+
+def radius_around(kind, shape, hulls, spans, work):  # pragma: no cover
+    """Return the radius (m) of a ball around the middle of the box at AXES that a shape is in.
+
+    The core of the shape is at FIRST.
+    """
+    first = last = squared = 0.0
+    for k in range(3):
+        first += work[AXES + 3 + k] ** 2
+        squared += work[AXES + 6 + k] ** 2
+        last += work[AXES + 9 + k] ** 2
+    if kind in (SPHERE, CAPSULE):  # the third axis is the length
+        return np.sqrt(last)
+    if kind == CYLINDER:
+        return np.sqrt(first + last)
+    squared += first + last
+    if kind == BOX:
+        return np.sqrt(squared)
+    x, y, z = work[AXES] - work[FIRST], work[AXES + 1] - work[FIRST + 1], work[AXES + 2] - work[FIRST + 2]
+    px = work[FIRST + 3] * x + work[FIRST + 6] * y + work[FIRST + 9] * z
+    py = work[FIRST + 4] * x + work[FIRST + 7] * y + work[FIRST + 10] * z
+    pz = work[FIRST + 5] * x + work[FIRST + 8] * y + work[FIRST + 11] * z
+    most = 0.0
+    for k in range(spans[shape, 0], spans[shape, 0] + spans[shape, 1]):
+        x, y, z = hulls[k, 0] - px, hulls[k, 1] - py, hulls[k, 2] - pz
+        most = max(most, x * x + y * y + z * z)
+    return np.sqrt(min(squared, most))
 
 
 def on_triangle(kind, shape, field, hulls, spans, reach, work):  # pragma: no cover
@@ -130,7 +171,8 @@ def on_triangle(kind, shape, field, hulls, spans, reach, work):  # pragma: no co
     apart = closest_points(kind, TRIANGLE, hulls, spans, shape, field, FLAT, reach, work)
     if apart > 0.0:
         return apart, True
-    apart = closest_points(kind, TRIANGLE, hulls, spans, shape, field, 0.0, reach, work)
+    if apart != AROUND:
+        apart = closest_points(kind, TRIANGLE, hulls, spans, shape, field, 0.0, reach, work)
     if apart == AROUND:
         apart = deepest_points(kind, TRIANGLE, hulls, spans, shape, field, work)
         return apart, apart <= 0.0
