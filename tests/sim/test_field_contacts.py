@@ -88,7 +88,7 @@ def test_there_is_room_for_points_wherever_mujoco_finds_one(shape: str) -> None:
     marked = copy.copy(model)
     marked.opt.disableflags |= field_contacts.MARK
     data, other = mujoco.MjData(model), mujoco.MjData(marked)
-    turn = Rotation.from_euler("xyz", [10, 20, 30], degrees=True)
+    turn = Rotation.from_euler("XYZ", [10, 20, 30], degrees=True)
     found = rooms = 0
     for _ in range(400):
         place = rng.uniform([-0.75, -0.55, -0.3], [0.75, 0.55, 0.5])
