@@ -12,6 +12,7 @@ from roboyard.sim.stepping.narrow_phase.closest_points import (
     BOX,
     CAPSULE,
     CYLINDER,
+    FAR,
     FIRST,
     FLAT,
     FOUND,
@@ -67,7 +68,7 @@ def test_hulls_apart_have_the_distance_of_least_squares():
         if _overlap(one, two):
             continue
         compared += 1
-        found = closest_points(MESH, MESH, hulls, spans, 0, 1, 0.0, work)
+        found = closest_points(MESH, MESH, hulls, spans, 0, 1, 0.0, FAR, work)
         assert found == pytest.approx(_distance(one, two), abs=1e-6)
         assert np.linalg.norm(work[FOUND : FOUND + 3] - work[FOUND + 3 : FOUND + 6]) == pytest.approx(found)
     assert compared > 6
@@ -78,7 +79,7 @@ def test_hulls_that_overlap_come_apart_by_the_way_and_by_no_shorter_one():
     compared = 0
     for _ in range(15):
         hulls, spans, (one, two), work = _random_pair(rng, 0.05)
-        if closest_points(MESH, MESH, hulls, spans, 0, 1, 0.0, work) != AROUND:
+        if closest_points(MESH, MESH, hulls, spans, 0, 1, 0.0, FAR, work) != AROUND:
             assert not _overlap(one, two)
             continue
         compared += 1
@@ -107,7 +108,7 @@ def test_a_ball_and_a_capsule_beside_a_box(kind: int):
         if wanted < 1e-3:
             continue
         work = _work((np.zeros(3), np.eye(3), half), (place, axes, np.array([0, 0, length])))
-        found = closest_points(BOX, kind, nothing, spans, 0, 1, 0.0, work)
+        found = closest_points(BOX, kind, nothing, spans, 0, 1, 0.0, FAR, work)
         assert found == pytest.approx(wanted, abs=1e-5)
 
 
@@ -121,7 +122,7 @@ def test_a_cylinder_over_a_box_is_as_high_as_its_lowest_rim():
         ),
     )
     spans = np.zeros((2, 2), np.int32)
-    found = closest_points(BOX, CYLINDER, np.zeros((0, 3)), spans, 0, 1, FLAT, work)
+    found = closest_points(BOX, CYLINDER, np.zeros((0, 3)), spans, 0, 1, FLAT, FAR, work)
     assert found == pytest.approx(1.0 - 0.4 * np.cos(0.3) - 0.3 * np.sin(0.3), abs=1e-9)
 
 
@@ -147,7 +148,7 @@ def test_corners_of_boxes_are_those_of_hulls():
             for x in (np.zeros(3), rng.normal(size=3))
         ]
         work = _work(*poses)
-        as_boxes = closest_points(BOX, BOX, hulls, spans, 0, 1, FLAT, work)
-        assert closest_points(MESH, MESH, hulls, spans, 0, 1, FLAT, work) == pytest.approx(
+        as_boxes = closest_points(BOX, BOX, hulls, spans, 0, 1, FLAT, FAR, work)
+        assert closest_points(MESH, MESH, hulls, spans, 0, 1, FLAT, FAR, work) == pytest.approx(
             as_boxes, abs=1e-12
         )

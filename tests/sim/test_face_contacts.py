@@ -29,7 +29,10 @@ def _scene(rng: np.random.Generator, half: tuple[float, float, float], corners: 
     model.opt.disableflags |= ONE_POINT
     data = mujoco.MjData(model)
     assert face_contacts.install(model, data)
-    assert face_contacts._places(model, data) == face_contacts.PLACES
+    assert (
+        face_contacts.places_of(model, data, face_contacts.OF_MODEL, face_contacts.OF_DATA)
+        == face_contacts.PLACES
+    )
     return model, data
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from roboyard.sim.stepping import manifold_kernels as kernels
 from roboyard.sim.stepping.face_corners import LEFT, ORDER, SCRATCH
+from roboyard.sim.stepping.narrow_phase.fields import no_fields
 from roboyard.sim.stepping.step_row_kernels import Contacts
 
 SCENE = """<mujoco><worldbody>
@@ -170,7 +171,8 @@ def test_the_points_of_two_boxes_are_in_the_order_of_a_plain_version() -> None:
             given, count, kinds, model.geom_type, model.geom_bodyid, data.xpos, data.xmat,
             np.array([thickness, 0.0]), np.full(2, 1e-7), np.zeros(2, np.uint8), 1.0, 0, *tables[0],
             *tables[1], work, np.zeros(32, np.int32), np.zeros((32, 13)), np.zeros(40, np.int32), ends,
-            in_body, np.zeros(2, np.uint8), np.arange(2, dtype=np.int32),
+            in_body, np.zeros(2, np.uint8), np.arange(2, dtype=np.int32), np.zeros(2), np.zeros((0, 3)),
+            np.zeros((2, 2), np.int32), no_fields(),
         )  # fmt: skip
         assert work[ORDER : ORDER + len(order)].tolist() == order, case
         kept = [n for n in order[:taken] if dist[n] <= thickness]

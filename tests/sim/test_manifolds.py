@@ -7,12 +7,11 @@ from itertools import combinations
 import numpy as np
 
 from roboyard.sim.stepping import manifold_kernels as kernels
+from roboyard.sim.stepping.narrow_phase.fields import no_fields
 from roboyard.sim.stepping.step_row_kernels import Contacts
 
 FIELD, SPHERE, BOX, MESH = 1, 2, 6, 7
 REACH = 0.01
-BALL = 3
-"""The geom that is a sphere."""
 
 
 def _rotation(rng: np.random.Generator, angle: float) -> np.ndarray:
@@ -37,18 +36,18 @@ def _state(point: _Point, frames: dict, pair: tuple[int, int]) -> tuple[float, f
     return gap, float(np.linalg.norm(b - a - gap * point.normal)), (a + b) / 2
 
 
-def _least_useful(points: list[_Point], fresh: _Point, dist: float, every: bool, side: str) -> int:
+def _least_useful(points: list[_Point], fresh: _Point, dist: float, every: bool) -> int:
     """Return the point that a fifth one replaces; -1 where the others have contacts of this step.
 
-    every: whether points that have a contact of this step are replaced, too. side: the body that they are on.
+    every: whether points that have a contact of this step are replaced, too.
     """
     gaps = [point.gap for point in points]
     deepest = int(np.argmin(gaps)) if min(gaps) < dist else -1
     areas = []
     for m in range(4):
-        a, b, c = (getattr(points[k], side) for k in range(4) if k != m)
+        a, b, c = (points[k].one for k in range(4) if k != m)
         free = m != deepest and (every or points[m].contact < 0)
-        areas.append(np.linalg.norm(np.cross(getattr(fresh, side) - a, c - b)) if free else -1.0)
+        areas.append(np.linalg.norm(np.cross(fresh.one - a, c - b)) if free else -1.0)
     return int(np.argmax(areas)) if max(areas) >= 0.0 else -1
 
 
@@ -57,14 +56,12 @@ def _twin(
 ) -> tuple[dict, list, dict, set[int]]:
     """Update {pair: points}; return it, extra (contact, gap, middle), {contact: gap, middle} held, left ones.
 
-    field: geom of a height field, with which a pair has its kept points and no other contacts. Points of a
-    ball on it are compared on the field, others on the first body.
+    field: geom of a height field, with which a pair has its kept points and no other contacts.
     """
     new, extra, held, left = {}, [], {}, set()
     for pair in dict.fromkeys(contact[0] for contact in contacts):
         (p1, r1), (p2, r2) = frames[pair[0]], frames[pair[1]]
         points: list[_Point] = list(kept.get(pair, []))
-        side = "two" if pair == (BALL, field) else "one"
         for point in points:
             point.contact = -1
         mine = [i for i, contact in enumerate(contacts) if contact[0] == pair]
@@ -76,7 +73,7 @@ def _twin(
             one = r1.T @ (position - dist / 2 * normal - p1)
             fresh = _Point(one, r2.T @ (position + dist / 2 * normal - p2), (normal, i, dist))
             free = [k for k, point in enumerate(points) if point.contact < 0 or field in pair]
-            far = {k: np.linalg.norm(getattr(points[k], side) - getattr(fresh, side)) for k in free}
+            far = {k: np.linalg.norm(points[k].one - fresh.one) for k in free}
             nearest = min(far, key=lambda k: far[k]) if far else -1
             if nearest >= 0 and far[nearest] < REACH:
                 gap, slid, middle = _state(points[nearest], frames, pair)
@@ -89,7 +86,7 @@ def _twin(
             elif len(points) < 4:
                 points.append(fresh)
             else:
-                place = _least_useful(points, fresh, dist, field in pair, side)
+                place = _least_useful(points, fresh, dist, field in pair)
                 if place >= 0:
                     left |= {points[place].contact}
                     points[place] = fresh
@@ -149,6 +146,7 @@ def test_points_are_kept_as_a_plain_loop_keeps_them() -> None:
             *(given, count, kinds, types, bodies, places, np.array(turns).reshape(5, 9), margins, reaches),
             *(anchors, 1.0, before, *tables[0], *tables[1], fresh, source, extra, slots, ends),
             *(np.zeros((0, 4, 3)), np.zeros(0, np.uint8), np.zeros(0, np.int32)),
+            *(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 2), np.int32), no_fields()),
         )
         tables.reverse()
         before = int(ends[0])

@@ -15,7 +15,7 @@ from roboyard.sim.stepping.impulses import finding
 
 
 def world_with_arm() -> tuple[World, list[int]]:
-    """An arm without the mimicked finger, above a plane, with motors on two of its joints, whose dofs are returned, and a box."""
+    """Return an arm with two motors, above a plane, beside a box, and the dofs of its joints."""
     world = World(profile=BULLET)
     world.add_plane()
     whole = arm()

@@ -7,9 +7,10 @@ if it has several shapes, or one that is not at its inertial frame.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import sqrt
 
-from roboyard.description.model import Heightfield, Mesh, Plane, Pose
+from roboyard.description.model import Collision, Heightfield, Mesh, Plane, Pose
 from roboyard.pybullet.bullet_rules.mesh_objects import split_objects
 from roboyard.pybullet.bullet_rules.models import LinkModel
 
@@ -31,6 +32,11 @@ def kind_of(link: LinkModel) -> int:
         return COMPOUND
     is_surface = isinstance(shape.geometry, Plane) or (shape.concave and isinstance(shape.geometry, Mesh))
     return SURFACE if is_surface else CONVEX
+
+
+def is_field(shapes: Sequence[Collision]) -> bool:
+    """Return whether a link is a single height field, which is no compound although it is stored rotated."""
+    return len(shapes) == 1 and isinstance(shapes[0].geometry, Heightfield)
 
 
 def tangents(normal: Vector3) -> tuple[Vector3, Vector3]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.description.model import Inertial
+from roboyard.pybullet.bullet_rules.contact_order import is_field
 from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches, shape_forms
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, BodyModel, never_turns
@@ -405,7 +406,10 @@ class PhysicsScene:
         for number in self.bodies:
             record = self.ready(number, "")
             bounds = [record.bounds(link - 1) for link in range(len(record.links))]
-            are_compounds = [box.kind == "compound" for box, _ in bounds]
+            are_compounds = [
+                box.kind == "compound" and not is_field(record.model.links[link].collisions)
+                for link, (box, _) in enumerate(bounds)
+            ]
             margins = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
             rows = [[geom.id for geom in built.geoms] for built in record.body.built.links]
             bodies.append((record.shape_boxes, rows, are_compounds, margins))

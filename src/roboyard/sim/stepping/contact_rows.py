@@ -33,6 +33,7 @@ Results differ from those with MuJoCo's rows in the last digits; the pairs are p
 it goes on to the last bit."""
 _NO_CONTACTS = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 _NO_ROWS = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+Collide = Callable[[Callable[..., None], Any, Any], None]
 
 
 class ContactRows:
@@ -70,8 +71,15 @@ class ContactRows:
         """Return whether the next step is to be executed in this way."""
         return self.makes_joints(model) or manifolds.pair_count >= FEWEST
 
-    def find(self, model: Any, data: Any) -> None:
-        """Compute all that mj_step1 does but rows."""
+    def find(self, model: Any, data: Any, collide: Collide | None = None) -> None:
+        """Compute all that mj_step1 does but rows.
+
+        `collide` calls a function of MuJoCo that finds contacts.
+        """
+        if collide is not None:
+            _without(_NO_CONTACTS | _NO_ROWS, mujoco.mj_step1, model, data)
+            collide(mujoco.mj_collision, model, data)
+            return
         addresses = self._addresses
         if addresses is None or self._data is not data:
             self._data, place = data, finding().flags_place()
@@ -83,11 +91,11 @@ class ContactRows:
             _without(_NO_CONTACTS | _NO_ROWS, mujoco.mj_step1, model, data)
             mujoco.mj_collision(model, data)
 
-    def find_with_others(self, model: Any, data: Any, found: StepRows) -> int:
+    def find_with_others(self, model: Any, data: Any, found: StepRows, collide: Collide) -> int:
         """Do what `find` does; return the number of rows of joints and equalities that MuJoCo has to make."""
         _without(_NO_CONTACTS, mujoco.mj_step1, model, data)
         count = found.counts_now()[ALL]
-        mujoco.mj_collision(model, data)
+        collide(mujoco.mj_collision, model, data)
         return count
 
     def make_others(self, model: Any, data: Any) -> None:

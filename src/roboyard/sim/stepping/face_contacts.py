@@ -38,8 +38,14 @@ MOST_CORNERS = 512
 """Of meshes with more of them, MuJoCo's walk over the hull is faster than to look at all."""
 
 
-def _places(model: Any, data: Any) -> tuple[int, ...]:
-    """Return bytes from a model with a mesh and its data to the addresses of their arrays, and to the flags.
+def places_of(model: Any, data: Any, of_model: tuple[str, ...], of_data: tuple[str, ...]) -> tuple[int, ...]:
+    """Return bytes from a model and its data to the addresses of their arrays, and to the model's flags.
+
+    Args:
+        model: MjModel in which each of the arrays has a size.
+        data: its MjData.
+        of_model: names of the model's arrays.
+        of_data: names of the arrays of the data.
 
     Returns:
         () where the installed version of MuJoCo has them elsewhere.
@@ -47,7 +53,7 @@ def _places(model: Any, data: Any) -> tuple[int, ...]:
     if not hasattr(model, "_address") or not hasattr(data, "_address"):
         return ()
     start, after = data._address, data.energy.ctypes.data + data.energy.nbytes
-    found = [_last_places(model, model._address, OF_MODEL), _last_places(data, after, OF_DATA)]
+    found = [_last_places(model, model._address, of_model), _last_places(data, after, of_data)]
     option = model.opt.gravity.ctypes.data - model._address
     kept, model.opt.disableflags = model.opt.disableflags, _FLAGS
     integers = array("i", ctypes.string_at(model._address, option + 400))
@@ -95,7 +101,7 @@ def _library() -> Any:
 
 def _look_up(model: Any, data: Any) -> None:
     global PLACES
-    PLACES = _places(model, data) or PLACES
+    PLACES = places_of(model, data, OF_MODEL, OF_DATA) or PLACES
 
 
 @called_by_c("i8 i8 i8 i4 i4 f8 -> i4", otherwise="mjc_Convex", library=_library)

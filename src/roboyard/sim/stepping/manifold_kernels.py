@@ -7,6 +7,20 @@ import numpy as np
 from roboyard.native import compiled
 from roboyard.sim.stepping.face_corners import ORDER, order_corners
 from roboyard.sim.stepping.impulses.slide_directions import comes_second
+from roboyard.sim.stepping.narrow_phase.closest_points import FIRST, SECOND
+from roboyard.sim.stepping.narrow_phase.edge_kernels import write_core
+from roboyard.sim.stepping.narrow_phase.field_kernels import (
+    BOUNDS,
+    FIELDS,
+    POINT,
+    is_beyond,
+    is_searched,
+    on_triangle,
+    radius_around,
+    write_bounds,
+    write_corner,
+    write_point,
+)
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
 PLANE, FIELD, SPHERE, BOX = 0, 1, 2, 6
@@ -31,12 +45,14 @@ HELD_FAST, TAKEN, TAKEN_AND_HELD = 1.0, 2.0, 3.0
     CONTACTS,
     "i8 u1[:,::1] i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[::1] u1[::1] f8 i8 i8[::1] i4[::1]",
     "f8[:,:,::1] i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i8[::1] f8[:,:,::1] u1[::1]"
-    " i4[::1] -> i8",
+    " i4[::1] f8[::1] f8[:,::1] i4[:,::1]",
+    FIELDS,
+    " -> i8",
 )
 def keep_points(  # pragma: no cover
     contacts, contact_count, kept_kinds, geom_type, geom_body, xpos, xmat, margins, reaches, anchors, seen,
     before, keys, counts, points, new_keys, new_counts, new_points, fresh, source, extra, slots, ends,
-    boxes, compound, ages,
+    boxes, compound, ages, rounding, hulls, spans, fields,
 ):  # fmt: skip
     """Add this step's contacts to the points of their pairs; return the number of points besides them.
 
@@ -51,11 +67,12 @@ def keep_points(  # pragma: no cover
     contacts. before: number of pairs in the step before, with keys: (n,), counts: (n,) and points:
     (n, 4, 17), the places in the frames of the two bodies, the contact frame, 1 where it did not slide, and
     the gap (m).
-    new_...: those of this step, written. fresh: (64,) work array. source: (4 ncon,) contact of which each
+    new_...: those of this step, written. fresh: work array. source: (4 ncon,) contact of which each
     extra point is a copy, extra: (4 ncon, 13) its position, frame and distance, written. slots: (5 ncon,)
     place of each contact's point in the table as 4 n + m, -1 for none, written. ends: (4,), number of pairs
     and, as the last, of contacts moved, written. boxes, compound: as of `drop_gaps`. ages: (ngeom,) turns in
-    which geoms were made.
+    which geoms were made. rounding, hulls, spans: as of `place_contacts`. fields: height fields; the points
+    of shapes on them are found here, and MuJoCo's contacts are rewritten as the points that are kept.
     """
     geom, position, frame, dist = contacts.geom, contacts.position, contacts.frame, contacts.dist
     pairs = 0
@@ -78,7 +95,10 @@ def keep_points(  # pragma: no cover
             continue
         key = a * geoms + b
         one, two = geom_body[a], geom_body[b]
-        reach = min(min(reaches[a], reaches[b]), seen)
+        is_own = is_searched(fields, geom_type, boxes, spans, a, b)
+        reach = min(reaches[a], reaches[b])
+        if not is_own:
+            reach = min(reach, seen)
         thickness = margins[a] + margins[b]
         widths = margins[a], margins[b]
         n = 0
@@ -90,14 +110,16 @@ def keep_points(  # pragma: no cover
                     copy_point(points, row, m, new_points, pairs, m)
                 at = row + 1 if row + 1 < before else 0
                 break
-        if boxes.shape[0] > 0 and (compound[a] == 1 or compound[b] == 1):
+        if boxes.shape[0] > 0 and ((compound[a] == 1 and geom_type[a] != FIELD) or compound[b] == 1):
             n = refresh(new_points, pairs, n, xpos, xmat, one, two, widths, reach)
         are_boxes = geom_type[a] == BOX and geom_type[b] == BOX  # they begin to touch without a gap
-        is_ball_on_field = on_field and (geom_type[a] == SPHERE or geom_type[b] == SPHERE)
         side_a = 3 if boxes.shape[0] > 0 and comes_second(geom_type, compound, ages, a, b) else 0
-        if is_ball_on_field:  # Bullet's function for these lists the triangle first
-            side_a = 3 if geom_type[b] == FIELD else 0
         takes_new = are_boxes or on_field  # of a step's points one may replace another
+        if is_own:
+            n = find_on_field(
+                fields, geom_type, geom_body, xpos, xmat, boxes, rounding, hulls, spans, a, b, widths, reach,
+                side_a, is_anchored, new_points, pairs, n, fresh,
+            )  # fmt: skip
         only = -1  # of the points on a plane, Bullet finds the deepest in each step
         if geom_type[a] == PLANE or geom_type[b] == PLANE:
             only = deepest(contacts, first, i, geom_type, geom_body, xpos, xmat)
@@ -107,7 +129,7 @@ def keep_points(  # pragma: no cover
             listed = order_corners(contacts, first, i, boxes, geom_body, xpos, xmat, thickness, fresh)
             if listed < i - first:
                 leave_listed(dist, first, i, listed, fresh)
-        for m in range(first, first + listed):
+        for m in range(first, first if is_own else first + listed):
             j = first + int(fresh[ORDER + m - first]) if in_turn else m
             if dist[j] - thickness > reach:
                 if on_field:
@@ -200,12 +222,22 @@ def keep_points(  # pragma: no cover
                 for j in range(first, i):
                     if slots[j] == n:
                         slots[j] = m
+        shown = 0
         for m in range(n):
             is_new = new_points[pairs, m, 15] >= TAKEN
             new_points[pairs, m, 15] = 0.0
-            if is_new:
+            if is_new and not is_own:
                 continue
             gap, slid, x, y, z = located(new_points, pairs, m, xpos, xmat, one, two, widths)
+            if is_own and first + shown < i:
+                j = first + shown
+                shown += 1
+                held += 1
+                position[j, 0], position[j, 1], position[j, 2], dist[j] = x, y, z, gap
+                for k in range(9):
+                    frame[j, k] = new_points[pairs, m, 6 + k]
+                contacts.exclude[j], slots[j] = 0, m
+                continue
             source[found] = first
             extra[found, 0], extra[found, 1], extra[found, 2] = x, y, z
             for k in range(9):
@@ -213,6 +245,9 @@ def keep_points(  # pragma: no cover
             extra[found, 12] = gap
             slots[contact_count + found] = MOST * pairs + m
             found += 1
+        for j in range(first + shown, i if is_own else first):
+            held += 1 if contacts.exclude[j] == 0 else 0
+            dist[j], contacts.exclude[j], contacts.address[j] = AWAY, 1, -1
         for j in range(first, i):
             if slots[j] >= 0:
                 slots[j] += MOST * pairs
@@ -222,6 +257,85 @@ def keep_points(  # pragma: no cover
             pairs += 1
     ends[0], ends[3] = pairs, held
     return found
+
+
+def find_on_field(
+    fields, geom_type, geom_body, xpos, xmat, boxes, rounding, hulls, spans, field, shape, widths, reach,
+    side, is_anchored, points, pair, n, work,
+):  # fmt: skip
+    """Add the points of a shape with the triangles of a height field to those that a pair keeps.
+
+    widths: by which their surfaces lie outside MuJoCo's (m). side: as of `place_of`.
+    work: array to work in. The other arguments are those of `keep_points`.
+
+    Returns:
+        The number of points.
+    """
+    kind, number = geom_type[shape], fields.ids[field]
+    one, two = geom_body[field], geom_body[shape]
+    write_bounds(fields, field, geom_type, two, xpos, xmat, boxes, shape, work)
+    rows, columns = fields.rows[number], fields.columns[number]
+    wide, deep, rise = fields.sizes[number, 0], fields.sizes[number, 1], fields.sizes[number, 2]
+    step_x, step_y = 2.0 * wide / (columns - 1), 2.0 * deep / (rows - 1)
+    first_column = max(int(np.ceil((work[BOUNDS] + wide) / step_x)) - 1, 0)
+    last_column = min(int(np.floor((work[BOUNDS + 3] + wide) / step_x)), columns - 2)
+    first_row = max(int(np.ceil((work[BOUNDS + 1] + deep) / step_y)) - 1, 0)
+    last_row = min(int(np.floor((work[BOUNDS + 4] + deep) / step_y)), rows - 2)
+    if first_column > last_column or first_row > last_row:
+        return n
+    write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, shape, work, FIRST)
+    work[SECOND + 15] = 0.0
+    thickness = widths[0] + widths[1]
+    far = reach + thickness + work[FIRST + 15]
+    radius, around = radius_around(kind, shape, hulls, spans, work), reach + thickness
+    low, high = work[BOUNDS + 2], work[BOUNDS + 5]
+    fresh = work[POINT:]
+    for column in range(first_column, last_column + 1):
+        for row in range(last_row, first_row - 1, -1):
+            at = fields.starts[number] + row * columns + column
+            z, above = rise * fields.heights[at], rise * fields.heights[at + columns + 1]
+            for half in range(2):  # the cell's two triangles, on both sides of the diagonal
+                side_row, side_column = (row + 1, column) if half == 0 else (row, column + 1)
+                beside = rise * fields.heights[at + (columns if half == 0 else 1)]
+                if min(z, above, beside) > high or max(z, above, beside) < low:
+                    continue
+                t = SECOND + 3
+                first, last = (t, t + 6) if half == 0 else (t + 6, t)
+                write_corner(fields, field, row, column, z, work, first)
+                write_corner(fields, field, row + 1, column + 1, above, work, t + 3)
+                write_corner(fields, field, side_row, side_column, beside, work, last)
+                if is_beyond(work, radius, around):
+                    continue
+                apart, is_known = on_triangle(kind, shape, field, hulls, spans, far, work)
+                gap = apart - work[FIRST + 15]
+                if not is_known or gap - thickness > reach:
+                    continue
+                write_point(xpos, xmat, one, two, widths, work)
+                n = add_point(points, pair, n, fresh, gap, reach, side, is_anchored)
+    return n
+
+
+def add_point(points, pair, n, fresh, gap, reach, side, is_anchored):
+    """Add a new point to the n of a pair, or let it take the place of one; return how many there are.
+
+    Points that friction holds stay where a surface has anchors.
+    """
+    place = place_of(points, pair, n, fresh, reach, side, True)
+    if place >= 0 and is_anchored and is_held(points, pair, place):
+        points[pair, place, 15] = TAKEN_AND_HELD
+        return n
+    if place < 0:
+        if n < MOST:
+            place = n
+            n += 1
+        else:
+            place = least_useful(points, pair, fresh, gap, side, True)
+            if place < 0:
+                return n
+    for k in range(15):
+        points[pair, place, k] = fresh[k]
+    points[pair, place, 15], points[pair, place, 16] = TAKEN, gap
+    return n
 
 
 def note_slips(contacts, contact_count, slots, force, points):

@@ -34,7 +34,8 @@ from roboyard.sim.stepping.impulses.records import (
     WORK,
     Points,
 )  # fmt: skip
-from roboyard.sim.stepping.narrow_phase.deepest_points import WORK as SEARCHED
+from roboyard.sim.stepping.narrow_phase.field_kernels import WORK as SEARCHED
+from roboyard.sim.stepping.narrow_phase.fields import Fields, fields_of
 from roboyard.sim.stepping.shape_forms import ShapeForms
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.transforms import Array
@@ -205,6 +206,7 @@ class Manifolds:
             *(anchors, bound.seen),
             *(int(points.notes[PAIRS]), *before, *after, points.fresh, points.source, points.extra),
             *(points.slots, points.notes, forms.boxes, forms.compound, points.ages),
+            *(forms.rounding, forms.hulls, forms.spans, bound.fields),
         )
         points.notes[TABLE], points.notes[EXTRA] = 1 - now, extra
         held = bool(points.notes[HELD])
@@ -268,6 +270,7 @@ class Manifolds:
             keeps=keeps,
             geoms=(model.geom_type, model.geom_bodyid),
             frames=(data.xpos, data.xmat),
+            fields=fields_of(model, data),
             owners=_owners(world, model.ngeom),
             seen=2 * world.profile.contact_margin,
         )
@@ -325,6 +328,7 @@ class _Bound:
     """Whether points are kept in this world."""
     geoms: tuple[np.ndarray, ...]
     frames: tuple[Array, ...]
+    fields: Fields
     owners: np.ndarray
     """(ngeom, 3) body, link and place in the link of each geom."""
     seen: float

@@ -25,6 +25,7 @@ from roboyard.sim.stepping.contact_rows import ContactRows
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.impulses.layout import PLACES, STRIDE
 from roboyard.sim.stepping.manifolds import Manifolds
+from roboyard.sim.stepping.narrow_phase.fields import fields_of
 from roboyard.sim.stepping.shape_forms import PLACED
 from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
@@ -59,6 +60,7 @@ class SequentialMotors:
         self._mechanism: r.Mechanism | None = None
         self._state: Any = None
         self._surface: Any = None
+        self._fields: Any = None
         self._solver = _solver(0, 0, 0, 0, 0)
         self.contact_rows = ContactRows()
         """Rows of contacts that MuJoCo does not make."""
@@ -205,7 +207,7 @@ class SequentialMotors:
             own = self.contact_rows.records(found)
             bundle = self._bundle = self._last_bundle = r.EVERYTHING.of(
                 *(found.rows, found.contacts, found.search, self._mechanism, self._state),
-                *(self._manifolds.points, self._surface, self._solver, *own),
+                *(self._manifolds.points, self._surface, self._solver, self._fields, *own),
                 before=self._last_bundle,
             )
         return bundle
@@ -245,6 +247,7 @@ class SequentialMotors:
             trees = self._constraints.trees(model)
             self._mechanism = _mechanism(model)
             self._state = _state(data)
+            self._fields = fields_of(model, data)
             rows = max(len(self._solver.order), 16)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
             self._solver = _solver(rows, model.nv, model.nbody, model.ntree, self._width)

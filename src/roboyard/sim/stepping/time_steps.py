@@ -20,6 +20,7 @@ from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
+from roboyard.sim.stepping.narrow_phase.field_contacts import FieldContacts
 from roboyard.sim.stepping.sequential_motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
 from roboyard.sim.stepping.step_rows import StepRows
@@ -87,8 +88,9 @@ class Stepping:
         self.manifolds = Manifolds(world)
         """Points that pairs keep, where contacts are rigid."""
         self.in_turn = SequentialMotors(world, motors, surfaces, self.manifolds, constraints)
-        motors.forces_elsewhere = self._own_motor_forces
         """Robots with motors, where they are solved row by row as Bullet does."""
+        motors.forces_elsewhere = self._own_motor_forces
+        self._fields = FieldContacts()
         self._is_implicit = world.profile.integrator == "implicitfast"
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = self._slides = False
         self._is_in_turn = False
@@ -102,7 +104,7 @@ class Stepping:
         self._velocity_limits: dict[tuple[int, int], float] = {}
         self._compiled: tuple[Any, ...] | None = None
         """MuJoCo's options, a step's rows, velocities, accelerations, bounds on velocities, if any, and
-        whether there are actuators."""
+        whether there are actuators and height fields."""
 
     def refresh(self) -> None:
         """Look up which rules the steps have to apply."""
@@ -237,7 +239,7 @@ class Stepping:
                 return
             self._makes_rows, remade, answer = False, True, r.OTHERS
         else:
-            mujoco.mj_step1(model, data)
+            self._collide(mujoco.mj_step1, model, data)
             answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
             remade = answer in (r.POINTS_ARE_NEW, r.ROWS_ARE_OLD)
             if answer == r.POINTS_ARE_NEW:
@@ -258,18 +260,27 @@ class Stepping:
         else:
             self._finish(model, data, found, timestep, slides=False, alone=False)
 
+    def _collide(self, call: Callable[[Any, Any], None], model: Any, data: Any) -> None:
+        """Call a function of MuJoCo that finds contacts, with room for those that are found here."""
+        assert self._compiled is not None
+        if self._compiled[6] and self.manifolds.keeps and self._world.hard_contacts:
+            self._fields.find(call, model, data, self.surfaces.forms(model, data))
+        else:
+            call(model, data)
+
     def _solve_contacts(self, model: Any, data: Any, found: StepRows) -> bool:
         """Execute a step up to the integration without MuJoCo's rows of contacts; return whether it could."""
         in_turn = self.in_turn
         own = in_turn.contact_rows
         if own.makes_joints(model):
-            own.find(model, data)
+            assert self._compiled is not None
+            own.find(model, data, self._collide if self._compiled[6] else None)
             answer = in_turn.execute(found, r.KEEP, r.SOLVE, 1, r.OF_ALL)
             if answer == r.POINTS_ARE_NEW:
                 self.manifolds.add(model, data, found)
                 answer = in_turn.execute(found, r.MAKE, r.SOLVE, 1, r.OF_ALL)
             return answer == r.DONE
-        others = own.find_with_others(model, data, found)
+        others = own.find_with_others(model, data, found, self._collide)
         if in_turn.execute(found, r.KEEP, r.KEEP) == r.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
         if others:
@@ -368,7 +379,7 @@ class Stepping:
             self.manifolds.prepare(model, data)
         if self._is_bounded:
             self.constraints.prepare(model)
-        mujoco.mj_step1(model, data)
+        self._collide(mujoco.mj_step1, model, data)
         if self._soft.by_id:
             self._soft.add_forces(model, data)
         if world.hard_contacts:
@@ -451,9 +462,9 @@ class Stepping:
             mujoco.mj_collision(model, data)
             return
         self.manifolds.prepare(model, data)
-        mujoco.mj_collision(model, data)
         if self._compiled is None:
             self._compiled = self._look_up(model, data)
+        self._collide(mujoco.mj_collision, model, data)
         found = self._compiled[1]
         if found.look()[0]:
             self._update_points(model, data, found)
@@ -472,7 +483,7 @@ class Stepping:
         """
         if self._compiled is None:
             self._compiled = self._look_up(model, data)
-        _, _, qvel, qacc, limits, _ = self._compiled
+        _, _, qvel, qacc, limits, *_ = self._compiled
         if slides:
             self.sliding.prepare(model, data)
         mujoco.mj_fwdActuation(model, data)
@@ -512,7 +523,7 @@ class Stepping:
         limits = None if largest is None else self._gather_limits(model, largest)
         self.in_turn.bound_velocities(limits)
         found = StepRows(data, model.nv, is_sparse=bool(mujoco.mj_isSparse(model)))
-        return model.opt, found, data.qvel, data.qacc, limits, model.nu > 0
+        return model.opt, found, data.qvel, data.qacc, limits, model.nu > 0, model.nhfield > 0
 
     def _gather_limits(self, model: Any, usual: float) -> np.ndarray:
         limits = np.full(model.nv, usual)

@@ -19,7 +19,7 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 
 @compiled(EVERYTHING, fast_math=True, from_start=True)
 def hand_over(  # pragma: no cover
-    rows, contacts, search, mechanism, state, points, surface, solver, own, own_contacts, own_search
+    rows, contacts, search, mechanism, state, points, surface, solver, fields, own, own_contacts, own_search
 ):
     """Write what rows ask for, for MuJoCo's solver, and what forces alone lead to, drag among them.
 

@@ -24,7 +24,7 @@ from roboyard.sim.stepping.manifold_kernels import (
 from roboyard.sim.stepping.narrow_phase.edge_kernels import place_contacts
 
 
-def keep(rows, contacts, search, mechanism, state, points, surface, rules):  # pragma: no cover
+def keep(rows, contacts, search, mechanism, state, points, surface, fields, rules):  # pragma: no cover
     """Move contacts and keep their points, before MuJoCo's rows are used; return what is to be done next."""
     contact_count = search.counts[0]
     if contact_count > points.keys.shape[1] or points.notes[FULL] > 0:
@@ -52,7 +52,7 @@ def keep(rows, contacts, search, mechanism, state, points, surface, rules):  # p
             points.notes[PAIRS], points.keys[now], points.counts[now], points.points[now],
             points.keys[following], points.counts[following], points.points[following], points.fresh,
             points.source, points.extra, points.slots, points.notes, surface.boxes,
-            surface.compound, points.ages,
+            surface.compound, points.ages, surface.rounding, surface.hulls, surface.spans, fields,
         )  # fmt: skip
         points.notes[TABLE] = following
         if points.notes[HELD] > 0:

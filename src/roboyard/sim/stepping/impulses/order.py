@@ -41,8 +41,8 @@ FRICTION_ERP = 0.2
 
 @compiled(EVERYTHING, "i8 i8 i8 i8 -> i8", fast_math=True, from_start=True, joins_lines=True)
 def execute(  # pragma: no cover
-    rows, contacts, search, mechanism, state, points, surface, solver, own, own_contacts, own_search, first,
-    last, remade, makes,
+    rows, contacts, search, mechanism, state, points, surface, solver, fields, own, own_contacts, own_search,
+    first, last, remade, makes,
 ):  # fmt: skip
     """Execute the parts `first` to `last` of a step; return what is to be done next.
 
@@ -57,7 +57,7 @@ def execute(  # pragma: no cover
     if contact_count > points.sequence.shape[0]:
         return ROOM
     if first <= KEEP:
-        answer = keep(rows, contacts, search, mechanism, state, points, surface, rules)
+        answer = keep(rows, contacts, search, mechanism, state, points, surface, fields, rules)
         if last <= KEEP or (answer != DONE and (makes == OF_NONE or answer != ROWS_ARE_OLD)):
             return answer
         contact_count = search.counts[0]

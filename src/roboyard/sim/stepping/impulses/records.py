@@ -4,6 +4,7 @@ import numpy as np
 
 from roboyard._records import NamedTuple
 from roboyard.native import Bundle, record
+from roboyard.sim.stepping.narrow_phase.field_kernels import FIELDS
 from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 
 (
@@ -297,6 +298,6 @@ SOLVER = record(
     " f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1]",
 )
 EVERYTHING = Bundle(
-    (ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER, ROWS, CONTACTS, SEARCH)
+    (ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER, FIELDS, ROWS, CONTACTS, SEARCH)
 )
 """Arrays of a step, the last three of them of rows that are made here."""

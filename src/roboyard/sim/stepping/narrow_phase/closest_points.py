@@ -12,8 +12,11 @@ import numpy as np
 
 SPHERE, CAPSULE, CYLINDER, BOX, MESH = 2, 3, 5, 6, 7
 """MuJoCo's types of these geoms."""
+TRIANGLE = 20
+"""Type of a triangle, which is no geom of its own."""
 CORE = 16
-"""Numbers of a core: its place (3), axes (9, by columns), half sizes (3) and the radius of the balls."""
+"""Numbers of a core: its place (3), axes (9, by columns), half sizes (3) and the radius of the balls. A
+triangle has its corners in the world instead of axes."""
 FIRST, SECOND, FOUND, SIMPLEX, SHARES, PART = 0, CORE, 2 * CORE, 2 * CORE + 16, 2 * CORE + 64, 2 * CORE + 72
 """Places in the work array: of both cores; of the points found on these and the way from the second to the
 first; of the four corners of the simplex, each a difference and the two points, and one for the next; of the
@@ -28,19 +31,24 @@ FLAT = 1e-8
 """Volume (six-fold, m³) of a simplex that counts as flat."""
 AROUND = -2.0
 """Answer where the cores overlap and the simplex is around 0."""
+FAR = 1e6
+"""Distance (m) that is larger than all others."""
+BEYOND = 1e9
+"""Answer where the cores are known to be farther apart than is asked for."""
 TINY = 2.220446049250313e-16
 MOST_ROUNDS = 1000
 
 
-def closest_points(type_a, type_b, hulls, spans, a, b, flat, work):  # pragma: no cover
+def closest_points(type_a, type_b, hulls, spans, a, b, flat, most, work):  # pragma: no cover
     """Find the points of two cores that are closest to each other; return their distance (m).
 
     hulls: (n, 3) corners of all hulls in the frames of their bodies (m). spans: (ngeom, 2) first one and
-    number of each geom's. a, b: geoms. flat: see `FLAT`. work: (WORK,) with both cores; the points on the
-    first and on the second core (m), and the way from that to this one, are written at FOUND.
+    number of each geom's. a, b: geoms. flat: see `FLAT`. most: distance (m) beyond which the search ends.
+    work: (WORK,) with both cores; the points on the first and on the second core (m), and the way from that
+    to this one, are written at FOUND.
 
     Returns:
-        `AROUND` where the cores overlap, -1 where nothing can be said.
+        `AROUND` where the cores overlap, -1 where nothing can be said, `BEYOND` where the search ended.
     """
     count = 0
     squared = 1e300
@@ -54,6 +62,8 @@ def closest_points(type_a, type_b, hulls, spans, a, b, flat, work):  # pragma: n
         qx, qy, qz = farthest(type_b, hulls, spans[b, 0], spans[b, 1], work, SECOND, vx, vy, vz)
         wx, wy, wz = px - qx, py - qy, pz - qz
         delta = vx * wx + vy * wy + vz * wz
+        if count > 0 and delta > 0.0 and delta * delta > squared * most * most:
+            return BEYOND
         is_known = wx == last_x and wy == last_y and wz == last_z
         for n in range(count):
             at = SIMPLEX + 9 * n
@@ -130,6 +140,13 @@ def closest_of_segments(work):  # pragma: no cover
 
 def farthest(kind, hulls, first, number, work, core, x, y, z):  # pragma: no cover
     """Return the point of a core that is farthest along a direction, both in the world."""
+    if kind == TRIANGLE:
+        place, most = core + 3, -1e300
+        for k in range(core + 3, core + 12, 3):
+            along = x * work[k] + y * work[k + 1] + z * work[k + 2]
+            if along > most:
+                place, most = k, along
+        return work[place], work[place + 1], work[place + 2]
     dx = work[core + 3] * x + work[core + 6] * y + work[core + 9] * z
     dy = work[core + 4] * x + work[core + 7] * y + work[core + 10] * z
     dz = work[core + 5] * x + work[core + 8] * y + work[core + 11] * z

@@ -21,7 +21,7 @@ from roboyard.sim.stepping.narrow_phase.closest_points import (
 from roboyard.sim.stepping.narrow_phase.closest_points import WORK as SEARCHED
 
 MOST_CORNERS, MOST_FACES = 96, 400
-"""Of the polytope; a search that needs more of them ends."""
+"""Of the polytope; a search that needs more of them, as of round shapes, ends with the nearest one."""
 CORNERS, FACES = SEARCHED, SEARCHED + 9 * MOST_CORNERS
 """Places in the work array: of corners, each a difference and the two points; of faces, each three corners,
 the normal, the distance from 0 and 1, or 0 for one that is gone."""
@@ -59,15 +59,8 @@ def deepest_points(type_a, type_b, hulls, spans, a, b, work):  # pragma: no cove
         faces = add_face(work, faces, i, j, m)
         if faces < 0:
             return 1.0
-    best = -1
-    while corners < MOST_CORNERS:
-        best = -1
-        for f in range(faces):
-            at = FACES + 8 * f
-            if work[at + 7] > 0.0 and (best < 0 or work[at + 6] < work[FACES + 8 * best + 6]):
-                best = f
-        if best < 0:
-            return 1.0
+    best = nearest_face(work, faces)
+    while best >= 0 and corners < MOST_CORNERS:
         at = FACES + 8 * best
         nx, ny, nz = work[at + 3], work[at + 4], work[at + 5]
         px, py, pz = farthest(type_a, hulls, spans[a, 0], spans[a, 1], work, FIRST, nx, ny, nz)
@@ -79,23 +72,43 @@ def deepest_points(type_a, type_b, hulls, spans, a, b, work):  # pragma: no cove
         work[x], work[x + 1], work[x + 2] = wx, wy, wz
         work[x + 3], work[x + 4], work[x + 5] = px, py, pz
         work[x + 6], work[x + 7], work[x + 8] = qx, qy, qz
-        edges = 0
-        for f in range(faces):
-            at = FACES + 8 * f
-            over = work[at + 3] * wx + work[at + 4] * wy + work[at + 5] * wz - work[at + 6]
-            if work[at + 7] > 0.0 and over > 0.0:
-                work[at + 7] = 0.0
-                for k in range(3):
-                    edges = add_edge(work, edges, work[at + k], work[at + (k + 1) % 3])
-                    if edges < 0:
-                        return 1.0
-        for e in range(edges):
-            one, two = int(work[EDGES + 2 * e]), int(work[EDGES + 2 * e + 1])
-            faces = add_face(work, faces, one, two, corners)
-            if faces < 0:
-                return 1.0
+        after = move_out(work, faces, corners)
+        if after < 0:  # there is no more room: the nearest face is as far out as it is known to be
+            work[at + 7] = 1.0
+            break
+        faces = after
         corners += 1
-    return write_way(work, faces, best)
+        best = nearest_face(work, faces)
+    return write_way(work, faces, best) if best >= 0 else 1.0
+
+
+def nearest_face(work, faces):  # pragma: no cover
+    """Return the face of the polytope that is nearest to 0; -1 where there is none."""
+    best = -1
+    for f in range(faces):
+        at = FACES + 8 * f
+        if work[at + 7] > 0.0 and (best < 0 or work[at + 6] < work[FACES + 8 * best + 6]):
+            best = f
+    return best
+
+
+def move_out(work, faces, corner):  # pragma: no cover
+    """Put a corner in place of the faces that it is beyond; return the number of faces, -1 for no room."""
+    x, edges = CORNERS + 9 * corner, 0
+    for f in range(faces):
+        at = FACES + 8 * f
+        over = work[at + 3] * work[x] + work[at + 4] * work[x + 1] + work[at + 5] * work[x + 2] - work[at + 6]
+        if work[at + 7] > 0.0 and over > 0.0:
+            work[at + 7] = 0.0
+            for k in range(3):
+                edges = add_edge(work, edges, work[at + k], work[at + (k + 1) % 3])
+                if edges < 0:
+                    return -1
+    for e in range(edges):
+        faces = add_face(work, faces, int(work[EDGES + 2 * e]), int(work[EDGES + 2 * e + 1]), corner)
+        if faces < 0:
+            return -1
+    return faces
 
 
 def write_way(work, faces, best):  # pragma: no cover

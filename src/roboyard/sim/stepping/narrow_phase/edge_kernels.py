@@ -9,6 +9,7 @@ from roboyard.sim.stepping.face_corners import in_world
 from roboyard.sim.stepping.impulses.slide_directions import comes_second
 from roboyard.sim.stepping.narrow_phase.closest_points import (
     AROUND,
+    FAR,
     FIRST,
     FLAT,
     FOUND,
@@ -123,7 +124,7 @@ def find_points(frame, i, geom_type, hulls, spans, one, two, work):
         apart = ball_beside_box(FIRST if kind == BOX else SECOND, work)
         if apart > 0.0:
             return apart, True
-    apart = closest_points(kind, other, hulls, spans, one, two, FLAT, work)
+    apart = closest_points(kind, other, hulls, spans, one, two, FLAT, FAR, work)
     if apart > 0.0:
         return apart, True
     is_known = False
@@ -133,7 +134,7 @@ def find_points(frame, i, geom_type, hulls, spans, one, two, work):
         apart, is_known = corner_in_face(frame, i, kind, hulls, spans, one, SECOND, FIRST, 0.0, work)
     if is_known:
         return apart, True
-    apart = closest_points(kind, other, hulls, spans, one, two, 0.0, work)
+    apart = closest_points(kind, other, hulls, spans, one, two, 0.0, FAR, work)
     if apart == AROUND:
         apart = deepest_points(kind, other, hulls, spans, one, two, work)
         is_known = apart <= 0.0
