@@ -11,6 +11,7 @@ from roboyard._arrays import ArrayLike
 from roboyard.description.model import JointType, Limit
 from roboyard.errors import RoboyardError
 from roboyard.kinematics.joint_models import POSITION_SIZE, VELOCITY_SIZE
+from roboyard.sim.build.planned import PlannedLink
 from roboyard.sim.build.records import BuiltLink
 from roboyard.sim.link import Link, LinkBody
 from roboyard.transforms import Array, from_wxyz, to_wxyz
@@ -19,25 +20,34 @@ from roboyard.transforms import Array, from_wxyz, to_wxyz
 class Joint:
     """One joint: `position`, `velocity`, `limits`, and its drive."""
 
-    __slots__ = ("_built", "body", "index", "is_scalar", "limit", "name", "type")
+    __slots__ = ("body", "index", "is_scalar", "limit", "name", "type")
 
     def __init__(
-        self, body: LinkBody, index: int, built: BuiltLink, kind: JointType, limit: Limit | None
+        self,
+        body: LinkBody,
+        index: int,
+        form: BuiltLink | PlannedLink,
+        kind: JointType,
+        limit: Limit | None,
     ) -> None:
         self.body = body
         self.index = index
         """Index in `body.joints`: depth first; the child link's index is one more."""
-        assert built.joint is not None or built.joint_elements or kind == "fixed"
-        self.name = built.joint.name if built.joint is not None else built.joint_name or built.name
+        assert form.joint is not None or form.joint_elements or kind == "fixed"
+        self.name = form.joint.name if form.joint is not None else form.joint_name or form.name
         self.type = kind
         self.is_scalar = kind in ("revolute", "continuous", "prismatic")
         """Whether the joint has one degree of freedom."""
         self.limit = limit
         """Limits of the description."""
-        self._built = built
 
     def __repr__(self) -> str:
         return f"<Joint {self.name!r} ({self.type}) of {self.body.name!r}>"
+
+    @property
+    def _built(self) -> BuiltLink:
+        """The elements of the child link and of this joint in the spec."""
+        return self.body.built.links[self.index + 1]
 
     @property
     def child(self) -> Link:
@@ -47,18 +57,18 @@ class Joint:
     @property
     def parent(self) -> Link:
         """The parent link."""
-        return self.body.links[self._built.parent]
+        return self.body.links[self.body.form.links[self.index + 1].parent]
 
     @property
     def axis(self) -> Array:
         """Unit axis (3,) in the child link's frame."""
-        joint = self._built.joint
+        joint = self.body.form.links[self.index + 1].joint
         return np.array(joint.axis if joint is not None else self._built.joint_elements[0].axis, dtype=float)
 
     @property
     def limits(self) -> tuple[float, float] | None:
         """Lower and upper position limit (rad or m); None for a joint without limits."""
-        joint = self._built.joint
+        joint = self.body.form.links[self.index + 1].joint
         if joint is not None:
             found = joint.position_limits()
             scale = self.body.scale if self.type == "prismatic" else 1.0

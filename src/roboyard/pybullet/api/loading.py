@@ -9,11 +9,12 @@ from posixpath import dirname, expanduser
 from typing import TYPE_CHECKING
 
 from roboyard._lazy import lazy_module
+from roboyard._records import replace
 from roboyard.description.urdf.xml_repair import TEXT_NOTE
 from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.pybullet.api.user_data import attach_from_file
 from roboyard.pybullet.bullet_rules.materials import shared_materials
-from roboyard.pybullet.bullet_rules.models import bullet_model
+from roboyard.pybullet.bullet_rules.models import BodyModel, bullet_model
 from roboyard.pybullet.bullet_rules.unreadable_meshes import without_unreadable_meshes
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
@@ -22,6 +23,7 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.state.file_search import find_file, is_file, not_found_remedy
 from roboyard.pybullet.state.soft_records import add_soft_body
+from roboyard.sim.build.planned import collision_meshes
 from roboyard.transforms import conjugate, multiply, quaternion_from_matrix, rotate
 from roboyard.untrusted.files import is_inside
 
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from roboyard.description.model import RobotDescription
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.shapes.mesh import TriangleMesh
 
 Vector = Sequence[float]
 _NO_URDF, _NO_SDF, _NO_MJCF = "Cannot load URDF file.", "Cannot load SDF file.", "Couldn't load .mjcf file."
@@ -41,6 +44,10 @@ _NAMED_FOLDERS = 64
 """Folders of files that a client remembers."""
 _cache: dict[tuple[Path, int, int], RobotDescription] = {}
 """Parsed files by path, modification time and size."""
+_models: dict[
+    tuple[int, int, float, bool], tuple[RobotDescription, tuple[TriangleMesh, ...], BodyModel]
+] = {}
+"""Bullet's models by id of a description and arguments; with the description and its meshes."""
 
 
 _folder = lru_cache(maxsize=16)(Path)
@@ -90,11 +97,11 @@ def _load_urdf_command(
             soft = _soft_reader().read_deformable(path, find, scale if scale > 0 else 1.0)
             made = add_soft_body(client.scene, soft, position, orientation, link_name="", file=str(path))
             return made.number
-        model = bullet_model(
+        model = _model_of(
             description or read_description(client, path),
-            flags=given_flags,
-            scale=scale if scale > 0 else 1.0,
-            fixed_base=bool(whole(useFixedBase)),
+            given_flags,
+            scale if scale > 0 else 1.0,
+            bool(whole(useFixedBase)),
         )
         record = client.scene.add(
             model,
@@ -112,6 +119,18 @@ def _load_urdf_command(
     attach_from_file(client, record)
     _apply_file_filters(client, record)
     return record.number
+
+
+def _model_of(description: RobotDescription, flags: int, scale: float, fixed_base: bool) -> BodyModel:
+    """Return `bullet_model` of a description; cached, so that bodies of one file share their description."""
+    key = id(description), flags, scale, fixed_base
+    known, meshes = _models.get(key), collision_meshes(description)
+    if known is None or list(map(id, known[1])) != list(map(id, meshes)):
+        model = bullet_model(description, flags=flags, scale=scale, fixed_base=fixed_base)
+        known = _models[key] = description, meshes, model
+        while len(_models) > _CACHE_SIZE:
+            del _models[next(iter(_models))]
+    return replace(known[2])  # a base that is freed is noted there
 
 
 def _mentions_deformable(file: Path) -> bool:

@@ -66,7 +66,7 @@ class PhysicsScene:
         self.world = World(
             gravity=parameters.gravity, timestep=parameters.time_step, profile=BULLET, visual_geoms=False
         )
-        self.world.keeps_frames = True
+        self.world.keeps_frames = self.world.is_kept = True
         self.bodies: dict[int, BodyRecord] = {}
         self.order: list[int] = []
         """Body ids in the order of getBodyUniqueId."""

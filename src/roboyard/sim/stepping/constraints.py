@@ -300,16 +300,22 @@ class Constraints:
         """Add new constraints to the spec, before it is compiled or read."""
         if self.before_entering is not None:
             self.before_entering()
-        inactive, spec = self._inactive, self._world.raw_spec
+        inactive = self._inactive
         for constraint in self._new:
             self._enter(constraint)
         self._new.clear()
         for found in inactive.values():
             for elements in found[MOST_INACTIVE:]:
-                _delete(spec, elements)
+                _delete(self._world.raw_spec, elements)
             del found[MOST_INACTIVE:]
             for element, _, _ in found:
                 element.active = False
+
+    def any_now(self) -> bool:
+        """Return whether there are any, those included that other layers have not added yet."""
+        if self.before_entering is not None:
+            self.before_entering()
+        return bool(self._by_id or self._inactive[False] or self._inactive[True])
 
     def complete_spec(self) -> None:
         """Put all frames on their links in the spec, and delete what is inactive, before the spec is read."""
