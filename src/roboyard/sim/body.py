@@ -381,6 +381,8 @@ class Body:
         )
         for link, sliding, spinning, rolling in plan.frictions:
             self.links[link].set_friction(sliding=sliding, spinning=spinning, rolling=rolling)
+        for joint, armature in plan.armatures.items():
+            self.joints[joint].armature = armature
 
     def refresh(self, model: Any) -> None:
         """Look up this body's rows in the arrays of a compiled model; the world calls this."""

@@ -215,6 +215,7 @@ class Engine(Generic[BodyT]):
         self.show_triangles()
         self.write_late()
         self._complete_spec()
+        self._apply_options(self._spec.option)  # a spec that was taken over has those of its compile
         return self.raw_spec
 
     def note_edit(self) -> None:

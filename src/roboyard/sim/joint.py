@@ -11,7 +11,7 @@ from roboyard._arrays import ArrayLike
 from roboyard.description.model import JointType, Limit
 from roboyard.errors import RoboyardError
 from roboyard.kinematics.joint_models import POSITION_SIZE, VELOCITY_SIZE
-from roboyard.sim.build.planned import PlannedLink
+from roboyard.sim.build.planned import PlannedBody, PlannedLink
 from roboyard.sim.build.records import BuiltLink
 from roboyard.sim.link import Link, LinkBody
 from roboyard.transforms import Array, from_wxyz, to_wxyz
@@ -101,6 +101,7 @@ class Joint:
             raise RoboyardError(f"joint {self.name!r} ({self.type}) has no position limits to set")
         limited = lower <= upper
         element, world = self._built.joint_elements[0], self.body.world
+        world.note_edit()
         flags = mujoco.mjtLimited
         element.limited = flags.mjLIMITED_TRUE if limited else flags.mjLIMITED_FALSE
         if limited:
@@ -120,9 +121,10 @@ class Joint:
     def damping(self, value: float) -> None:
         if not 0 <= value < np.inf:
             raise RoboyardError(f"joint {self.name!r}: damping must be at least 0 and finite, got {value}")
+        world = self.body.world
+        world.note_edit()
         for element in self._built.joint_elements:
             element.damping = [value, 0.0, 0.0]
-        world = self.body.world
         if self._built.joint_elements and world.takes_numbers():
             world.live_model.dof_damping[self.dof_slice] = value
 
@@ -132,6 +134,9 @@ class Joint:
 
         A drive without given gains may add to it; see `roboyard.sim.actuation.gains`.
         """
+        form = self.body.form
+        if type(form) is PlannedBody:
+            return form.armatures.get(self.index, 0.0)
         elements = self._built.joint_elements
         return float(elements[0].armature) - self._built.motor_inertia if elements else 0.0
 
@@ -139,10 +144,16 @@ class Joint:
     def armature(self, value: float) -> None:
         if not 0 <= value < np.inf:
             raise RoboyardError(f"joint {self.name!r}: armature must be at least 0 and finite, got {value}")
+        world, form = self.body.world, self.body.form
+        if type(form) is PlannedBody:
+            if VELOCITY_SIZE[self.type]:
+                form.armatures[self.index] = value
+            world.takes_numbers()
+            return
+        world.note_edit()
         total = value + self._built.motor_inertia
         for element in self._built.joint_elements:
             element.armature = total
-        world = self.body.world
         if self._built.joint_elements and world.takes_numbers():
             model, dofs = world.live_model, self.dof_slice
             model.dof_M0[dofs] += total - model.dof_armature[dofs]

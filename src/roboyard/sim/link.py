@@ -126,6 +126,7 @@ class Link:
             raise ValueError(f"link {self.name!r}: mass properties must be finite, got {inertial}")
         world = self.body.world
         world.write_late()
+        world.note_edit()
         old = self._built.mass
         self._built.mass = new = mass_properties(inertial)
         write_mass(self._built.element, new)
@@ -142,11 +143,13 @@ class Link:
         """Write a (4,) mass (kg) and principal moments (kg m²), about the same axes, into the spec."""
         built = self._built
         assert built.mass is not None
+        self.body.world.note_edit()
         built.mass = replace(built.mass, mass=float(numbers[0]), principal=numbers[1:].copy())
         write_mass(built.element, built.mass)
 
     def keep_friction(self, sliding: float) -> None:
         """Write the coefficient of sliding friction into the spec."""
+        self.body.world.note_edit()
         for geom in self._built.geoms:
             geom.friction[0] = sliding
 
@@ -188,17 +191,18 @@ class Link:
         if type(form) is PlannedBody:
             form.frictions.append((self.index, sliding, spinning, rolling))
             return
-        world.note_edit()
         for geom in self._built.geoms:
             row = geom.id
             old = (geom.friction if model is None else model.geom_friction[row]).tolist()
             values = [was if value is None else value for was, (_, value) in zip(old, given, strict=True)]
             if values != old:
+                world.note_edit()
                 geom.friction = values
                 if model is not None:
                     model.geom_friction[row] = values
             narrow = int(geom.condim if model is None else model.geom_condim[row])
             if narrow < condim:
+                world.note_edit()
                 geom.condim = condim
                 if model is not None:
                     model.geom_condim[row] = condim
@@ -215,6 +219,7 @@ class Link:
             raise ValueError(f"link {self.name!r}: friction must be at least 0 and finite, got {friction}")
         world = self.body.world
         world.write_late()
+        world.note_edit()
         for geom in self._built.geoms:
             geom.condim, geom.priority = 3 if friction > 0 else 1, 1
             geom.friction = np.array([friction, *geom.friction[1:]])

@@ -246,6 +246,7 @@ class PhysicsScene:
         handle = record.body.links[link + 1]
         element = handle._built.element
         if bool(element.gravcomp) != disabled:
+            self.world.note_edit()
             element.gravcomp = float(disabled)
             self.world.mark_stale()
         linear, angular = (0.0, 0.0) if disabled else (record.linear_damping, record.angular_damping)

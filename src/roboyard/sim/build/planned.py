@@ -67,6 +67,8 @@ class PlannedBody:
     """Contents of the meshes of its collision shapes."""
     frictions: list[tuple[int, float | None, float | None, float | None]] = field(default_factory=list)
     """Link, sliding, spinning and rolling friction of each `Link.set_friction` so far."""
+    armatures: dict[int, float] = field(default_factory=dict)
+    """Inertia of motors that was set (kg m² or kg), by joint."""
 
     @property
     def free_dofs(self) -> int:
@@ -91,7 +93,7 @@ class PlannedBody:
             (self.description is other.description or self.description == other.description)
             and self.prefix == other.prefix
             and self.options == other.options
-            and self.frictions == other.frictions
+            and (self.frictions, self.armatures) == (other.frictions, other.armatures)
             and len(self.meshes) == len(other.meshes)
             and all(mesh is known for mesh, known in zip(self.meshes, other.meshes, strict=True))
         )

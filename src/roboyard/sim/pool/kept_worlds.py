@@ -66,7 +66,10 @@ class KeptWorld:
     """Mean inertia."""
 
     def renew(self, bodies: Sequence[PlannedBody]) -> None:
-        """Give model and data the numbers of a compile with the root links at the places of these plans."""
+        """Give model and data the numbers of a compile with the root links at the places of these plans.
+
+        Only the extent of the scene, from which viewers choose where they look from, stays as it was.
+        """
         model, data = self.model, self.data
         self.memory[:] = self.numbers
         model.stat.meaninertia = self.inertia
