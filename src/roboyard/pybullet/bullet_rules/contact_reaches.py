@@ -28,18 +28,22 @@ _NO_HULL = np.zeros((0, 3))
 _UNKNOWN = np.concatenate([np.zeros((1, 3)), _ENDLESS])
 
 
-def contact_reaches(model: Any, bounds: Iterable[tuple[int, LinkBounds, float]]) -> np.ndarray:
+def contact_reaches(model: Any, bodies: Iterable[tuple[np.ndarray, Sequence[float]]]) -> np.ndarray:
     """Return the (ngeom,) largest gaps of contact points (m), infinite for planes.
 
     Args:
         model: MjModel.
-        bounds: row of the MuJoCo body, bounds and margin (m) of each link.
+        bodies: rows (n,) of each body's links among MuJoCo's bodies, and what `reaches_of` returns of them.
     """
     by_row = np.full(model.nbody, np.inf)
-    for row, box, margin in bounds:
-        if box.kind != "plane":
-            by_row[row] = _reach(box, margin)
+    for rows, reaches in bodies:
+        by_row[rows] = reaches
     return by_row[model.geom_bodyid]
+
+
+def reaches_of(bounds: Iterable[tuple[LinkBounds, float]]) -> list[float]:
+    """Return the largest gap of contact points (m) of links with these bounds and margins (m)."""
+    return [np.inf if box.kind == "plane" else _reach(box, margin) for box, margin in bounds]
 
 
 @lru_cache(maxsize=512)

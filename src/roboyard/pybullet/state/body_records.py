@@ -11,6 +11,7 @@ from roboyard._records import dataclass
 from roboyard.description.model import Plane, Pose
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
+from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.state.joint_tables import (
     POSITION_COUNT,
@@ -158,19 +159,17 @@ class BodyRecord:
         self.folder: str | None = None
         """Folder of the file as the script gave it; None where a search path or a link led to the file."""
         self.kind = kind
-        self.infos = joint_infos(model) if kind == MULTIBODY else ()
+        self.infos = of_model(model, "infos", joint_infos) if kind == MULTIBODY else ()
         """The fields of getJointInfo; empty for rigid bodies, whose joints are hidden, as in PyBullet."""
         self.joint_count = len(self.infos)
         self.dof_count = sum(VELOCITY_COUNT[info[2]] for info in self.infos) + 6 * (not model.fixed_base)
         """Degrees of freedom of the joints, plus six if it was loaded with a floating base."""
-        self.links = [
-            LinkState(mass=link.mass, moments=link.moments, frame=_shown(link.frame), **_contact_of(model, i))
-            for i, link in enumerate(model.links)
-        ]
+        self.links = [LinkState(**fields) for fields in of_model(model, "links", _link_fields)]
         self.held: dict[int, float] = {}
         """Inertia of the motors of joints that are held because nothing beyond them has mass or inertia."""
         self._bounds: dict[int, LinkBounds] = {}
-        self._shape_boxes: ShapeBoxes | None = None
+        self._forms: tuple[Any, list[float | None], Any] = (None, [], None)
+        self._reaches: tuple[list[float | None], list[float]] = ([], [])
         self.collision_rows: dict[int, tuple[tuple[Any, ...], ...]] = {}
         """The fields of getCollisionShapeData by link, once they were asked for."""
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
@@ -261,14 +260,35 @@ class BodyRecord:
     @property
     def shape_boxes(self) -> ShapeBoxes:
         """The boxes around the shapes of all links, as files had them when the body was made."""
-        if self._shape_boxes is None:
-            from roboyard.pybullet.bullet_rules.contact_reaches import body_boxes
+        found: ShapeBoxes = of_model(self.model, "boxes", _shape_boxes)
+        return found
 
-            links = self.model.description.links
-            self._shape_boxes = body_boxes(
-                (link.collisions for link in links), implicit_cylinder=self.model.implicit_cylinder
-            )
-        return self._shape_boxes
+    def forms(self, model: Any) -> tuple[ShapeBoxes, list[list[int]], list[bool], list[float]]:
+        """Return the boxes around all shapes, and of each link its geoms, whether it is a compound, margins.
+
+        Args:
+            model: MjModel that the geoms are of; the result is kept as long as it is the same.
+        """
+        margins = self._changed_margins()
+        if self._forms[0] is not model or self._forms[1] != margins:
+            bounds = [self.bounds(link - 1) for link in range(len(self.links))]
+            compounds = [box.kind == "compound" for box, _ in bounds]
+            widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
+            rows = [[geom.id for geom in built.geoms] for built in self.body.built.links]
+            self._forms = model, margins, (self.shape_boxes, rows, compounds, widths)
+        return self._forms[2]
+
+    def reaches(self) -> list[float]:
+        """Return the largest gap of contact points of each link (m)."""
+        from roboyard.pybullet.bullet_rules.contact_reaches import reaches_of
+
+        margins = self._changed_margins()
+        if self._reaches[0] != margins:
+            self._reaches = margins, reaches_of(self.bounds(link - 1) for link in range(len(self.links)))
+        return self._reaches[1]
+
+    def _changed_margins(self) -> list[float | None]:
+        return [state.collision_margin for state in self.links]
 
     def movable(self) -> list[int]:
         """Return the joints of one degree of freedom or more, in order."""
@@ -344,6 +364,29 @@ class BodyRecord:
         """Return the slice of a joint in qvel."""
         start = self.velocity_addresses[joint]
         return slice(start, start + VELOCITY_COUNT[self.joint_type(joint)])
+
+
+def of_model(model: BodyModel, name: str, compute: Callable[[BodyModel], Any]) -> Any:
+    """Return what a function computes of a model, once for all bodies that have it in common."""
+    found = model.shared.get(name)
+    if found is None:
+        found = model.shared[name] = compute(model)
+    return found
+
+
+def _link_fields(model: BodyModel) -> list[dict[str, Any]]:
+    """Return the fields of each link's `LinkState`."""
+    return [
+        {"mass": link.mass, "moments": link.moments, "frame": _shown(link.frame), **_contact_of(model, index)}
+        for index, link in enumerate(model.links)
+    ]
+
+
+def _shape_boxes(model: BodyModel) -> ShapeBoxes:
+    from roboyard.pybullet.bullet_rules.contact_reaches import body_boxes
+
+    links = model.description.links
+    return body_boxes((link.collisions for link in links), implicit_cylinder=model.implicit_cylinder)
 
 
 def has_plane(record: BodyRecord) -> bool:

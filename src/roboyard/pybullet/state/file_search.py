@@ -35,7 +35,7 @@ def _candidates(search_path: Path | None, name: str) -> tuple[tuple[str, Path], 
     for given in (Path(name), *([Path(f"{search_path}/{name}")] if search_path else [])):
         relative = given.relative_to(given.anchor)
         found += [given, *(folder / relative for folder in _PREFIXES)]
-    return tuple((str(file), file) for file in found)
+    return tuple({str(file): file for file in found}.items())
 
 
 def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = None) -> Path | None:

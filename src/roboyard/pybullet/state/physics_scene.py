@@ -10,15 +10,14 @@ import numpy as np
 
 from roboyard.description.model import Inertial
 from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches, shape_forms
-from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
+from roboyard.pybullet.bullet_rules.hull_margins import geom_margins, special_margins
 from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, BodyModel, never_turns
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
-from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.constants import JOINT_REVOLUTE
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
+from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord, of_model
 from roboyard.pybullet.state.constraint_records import ConstraintRecord, ConstraintRequest
 from roboyard.pybullet.state.contacts import Contact, LastStep
 from roboyard.pybullet.state.engine_parameters import (
@@ -351,13 +350,12 @@ class PhysicsScene:
             world.ensure_compiled()
             cylinders: list[int] = []
             triangles: list[int] = []
-            for number, record in self.bodies.items():
-                rows = self.ready(number, "").rows
-                if not record.model.implicit_cylinder:
-                    cylinders += rows
-                for row, link in zip(rows, record.model.links, strict=True):
-                    if any(shape.concave for shape in link.collisions):
-                        triangles.append(row)
+            for record in self.bodies.values():
+                rows = record.body.mujoco_ids
+                concave, has_cylinders = of_model(record.model, "margins", special_margins)
+                if has_cylinders:
+                    cylinders += rows.tolist()
+                triangles += [int(rows[index]) for index in concave]
             self._geom_margins = world.revision, geom_margins(world.live_model, cylinders, triangles)
         return self._geom_margins[1]
 
@@ -390,27 +388,17 @@ class PhysicsScene:
         """Return the (ngeom,) gaps (m) up to which Bullet keeps the points of contacts."""
         world = self.world
         if self._contact_reaches is None or self._contact_reaches[0] != world.revision or world.is_stale:
-            bounds = [
-                (row, *record.bounds(link - 1))
-                for number in self.bodies
-                for record in (self.ready(number, ""),)
-                for link, row in enumerate(record.rows)
-            ]
-            self._contact_reaches = world.revision, contact_reaches(world.live_model, bounds)
+            world.ensure_compiled()
+            bodies = ((record.body.mujoco_ids, record.reaches()) for record in self.bodies.values())
+            self._contact_reaches = world.revision, contact_reaches(world.live_model, bodies)
         return self._contact_reaches[1]
 
     def shape_forms(self) -> ShapeForms:
         """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
         world = self.world
-        bodies = []
-        for number in self.bodies:
-            record = self.ready(number, "")
-            bounds = [record.bounds(link - 1) for link in range(len(record.links))]
-            are_compounds = [box.kind == "compound" for box, _ in bounds]
-            margins = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
-            rows = [[geom.id for geom in built.geoms] for built in record.body.built.links]
-            bodies.append((record.shape_boxes, rows, are_compounds, margins))
-        return shape_forms(world.live_model.ngeom, bodies)
+        world.ensure_compiled()
+        model = world.live_model
+        return shape_forms(model.ngeom, [record.forms(model) for record in self.bodies.values()])
 
     # -------------------------------------------------------------------------------------------------- time
 

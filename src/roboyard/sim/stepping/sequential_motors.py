@@ -10,6 +10,7 @@ files.
 
 from __future__ import annotations
 
+from functools import cache
 from operator import is_
 from typing import Any
 
@@ -58,7 +59,7 @@ class SequentialMotors:
         self._mechanism: r.Mechanism | None = None
         self._state: Any = None
         self._surface: Any = None
-        self._solver = _solver(0, 0, 0, 0, 0)
+        self._solver = _no_solver()
         self.contact_rows = ContactRows()
         """Rows of contacts that MuJoCo does not make."""
         self._width = 0
@@ -436,6 +437,12 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.Solv
         change=np.zeros(nv),
         wrenches=np.zeros((bodies, 6)),
     )
+
+
+@cache
+def _no_solver() -> r.Solver:
+    """Return arrays for no rows, which nothing is written into."""
+    return _solver(0, 0, 0, 0, 0)
 
 
 def _aligned(rows: int, width: int) -> np.ndarray:
