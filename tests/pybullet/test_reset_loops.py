@@ -133,7 +133,9 @@ def change_dynamics(bodies: Bodies, episode: int) -> None:
     p.changeDynamics(bodies["box"], -1, lateralFriction=0.2 + 0.1 * episode, restitution=0.4)
     p.changeDynamics(bodies["arm"], 1, mass=0.4 + 0.1 * episode, linearDamping=0.1)
     p.changeDynamics(bodies["plane"], -1, lateralFriction=0.3, spinningFriction=0.01 * episode)
-    p.changeDynamics(bodies["free"], 0, mass=1.0, rollingFriction=0.02, contactStiffness=4e3, contactDamping=9)
+    p.changeDynamics(
+        bodies["free"], 0, mass=1.0, rollingFriction=0.02, contactStiffness=4e3, contactDamping=9
+    )
 
 
 def change_some_dynamics(bodies: Bodies, episode: int) -> None:
@@ -173,7 +175,16 @@ def set_motors(bodies: Bodies, episode: int) -> None:
 def constrain(bodies: Bodies, episode: int) -> None:
     if episode != 3:
         p.createConstraint(
-            *(bodies["box"], -1, -1, -1, p.JOINT_POINT2POINT, [0, 0, 0], [0, 0, 0], [0, 0, 0.3 + 0.01 * episode])
+            *(
+                bodies["box"],
+                -1,
+                -1,
+                -1,
+                p.JOINT_POINT2POINT,
+                [0, 0, 0],
+                [0, 0, 0],
+                [0, 0, 0.3 + 0.01 * episode],
+            )
         )
 
 

@@ -47,7 +47,9 @@ class Body:
         self.scale = scale
         self.form = form
         """Its elements in the spec, or the plan of what these will be."""
-        self.links: tuple[Link, ...] = tuple(Link(self, i, record.name) for i, record in enumerate(form.links))
+        self.links: tuple[Link, ...] = tuple(
+            Link(self, i, record.name) for i, record in enumerate(form.links)
+        )
         self.joints: tuple[Joint, ...] = tuple(
             Joint(self, i, record, _joint_type(record), record.joint.limit if record.joint else None)
             for i, record in enumerate(form.links[1:])

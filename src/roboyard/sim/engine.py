@@ -51,8 +51,8 @@ class Engine(Generic[BodyT]):
     ) -> None:
         if not 0 < timestep < np.inf:
             raise RoboyardError(f"timestep must be positive and finite, got {timestep}")
-        self._spec = new_spec()
-        self.assets = MeshAssets(self._spec, profile.hull_steps)
+        self._made_spec: tuple[Any, MeshAssets] | None = None
+        """The spec and its meshes, once there is anything in it."""
         self._planned: list[BodyT] = []
         """Bodies that are not in the spec yet, in the order they were added."""
         self.is_kept = False
@@ -70,6 +70,8 @@ class Engine(Generic[BodyT]):
         self.profile = profile
         self.prepared: dict[str, dict[int, Any]] = {}
         """Data of other layers about rows of MuJoCo's arrays, by kind; dropped when these change."""
+        self.of_arrays: dict[str, Any] = {}
+        """What parts of this world made of MuJoCo's arrays, as long as these are the same."""
         self.revision = 0
         """Grows whenever rows of MuJoCo's arrays change."""
         self.hard_contacts = profile.hard_contacts
@@ -202,6 +204,21 @@ class Engine(Generic[BodyT]):
     # ------------------------------------------------------------------------------------------- the engine
 
     @property
+    def _spec(self) -> Any:
+        return self._spec_and_assets()[0]
+
+    @property
+    def assets(self) -> MeshAssets:
+        """The meshes of the spec."""
+        return self._spec_and_assets()[1]
+
+    def _spec_and_assets(self) -> tuple[Any, MeshAssets]:
+        if self._made_spec is None:
+            spec = new_spec()
+            self._made_spec = spec, MeshAssets(spec, self.profile.hull_steps)
+        return self._made_spec
+
+    @property
     def raw_spec(self) -> Any:
         """The spec, inactive bodies included; call `mark_stale` after an edit."""
         self.build_planned()
@@ -225,10 +242,12 @@ class Engine(Generic[BodyT]):
     def build_planned(self) -> None:
         """Add the elements of all planned bodies to the spec."""
         planned, self._planned = self._planned, []
-        if planned:
-            self.note_edit()
+        if not planned:
+            return
+        self.note_edit()
+        spec, assets = self._spec_and_assets()
         for body in planned:
-            body.build(self._spec, self.assets)
+            body.build(spec, assets)
 
     def add_planned(self, body: BodyT) -> None:
         """Note a body that gets elements with the next compile; the caller marks the world stale."""
@@ -412,7 +431,7 @@ class Engine(Generic[BodyT]):
         except (ValueError, mujoco.FatalError) as error:
             raise ModelError(f"MuJoCo rejects the world: {' '.join(str(error).split())[:500]}") from error
         self.is_stale = self._inertia_changed = False
-        self._reference = None
+        self._reference, self.of_arrays = None, {}
         bound_inverse_weights(self._model)
         self._next_revision()
         self._set_contact_law(self.body_by_id.values())
@@ -424,7 +443,9 @@ class Engine(Generic[BodyT]):
             if former is not None and key.is_like(former.key):  # for the second time
                 built = [body.built for body in self.body_by_id.values()]
                 extras = self._extra_elements()
-                self._kept = keep(key, spec, self.assets, built, extras, self._model, self._data)
+                self._kept = keep(
+                    key, spec, self.assets, built, extras, self._model, self._data, self.of_arrays
+                )
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()
@@ -443,7 +464,8 @@ class Engine(Generic[BodyT]):
     def _take_over(self, kept: KeptWorld, key: CompileKey) -> None:
         """Go on with the spec, model and data of the world before, as a compile would leave them."""
         self._planned = []
-        self._spec, self.assets, self._model, self._data = kept.spec, kept.assets, kept.model, kept.data
+        self._made_spec, self._model, self._data = (kept.spec, kept.assets), kept.model, kept.data
+        self.of_arrays = kept.of_arrays
         kept.renew(key.bodies)
         for body, built in zip(self.body_by_id.values(), kept.built, strict=True):
             body.form = built
@@ -497,7 +519,8 @@ class Engine(Generic[BodyT]):
         present = int(self._model.narena)
         message = "no memory for contacts" if error is None else " ".join(str(error).split())[:300]
         # what the error left on MuJoCo's stack goes with the old data, which cannot be copied
-        self._data = mujoco.MjData(self._model)
+        self._data, self.of_arrays = mujoco.MjData(self._model), {}
+        self.note_edit()
         mujoco.mj_setState(self._model, self._data, values, _STATE)
         grows = "memory" in message and present < MEMORY_MOST
         if grows:

@@ -38,8 +38,15 @@ class EngineBody(Protocol):
 class PoolEngine(Protocol):
     """The members of an `Engine` that its body pool uses."""
 
-    raw_spec: Any
-    assets: MeshAssets
+    @property
+    def raw_spec(self) -> Any:
+        """The spec, inactive bodies included."""
+        ...
+
+    @property
+    def assets(self) -> MeshAssets:
+        """The meshes of the spec."""
+        ...
 
     @property
     def body_by_id(self) -> Mapping[int, EngineBody]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache, partial
+from os import stat
 from pathlib import Path
 from posixpath import dirname, expanduser
 from typing import TYPE_CHECKING
@@ -20,8 +21,8 @@ from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
-from roboyard.pybullet.state.file_search import find_file, is_file, not_found_remedy
+from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY, of_model
+from roboyard.pybullet.state.file_search import find_file, is_as_named, is_file, not_found_remedy
 from roboyard.pybullet.state.soft_records import add_soft_body
 from roboyard.sim.build.planned import collision_meshes
 from roboyard.transforms import conjugate, multiply, quaternion_from_matrix, rotate
@@ -44,9 +45,7 @@ _NAMED_FOLDERS = 64
 """Folders of files that a client remembers."""
 _cache: dict[tuple[Path, int, int], RobotDescription] = {}
 """Parsed files by path, modification time and size."""
-_models: dict[
-    tuple[int, int, float, bool], tuple[RobotDescription, tuple[TriangleMesh, ...], BodyModel]
-] = {}
+_models: dict[tuple[int, int, float, bool], tuple[RobotDescription, tuple[TriangleMesh, ...], BodyModel]] = {}
 """Bullet's models by id of a description and arguments; with the description and its meshes."""
 
 
@@ -114,7 +113,7 @@ def _load_urdf_command(
         )
     except RoboyardError as problem:
         raise failure(_NO_URDF, *str(problem).splitlines()) from problem
-    if Path(fileName).absolute() == path:
+    if is_as_named(path, text(fileName)):
         record.folder = dirname(fileName)
     attach_from_file(client, record)
     _apply_file_filters(client, record)
@@ -150,7 +149,15 @@ def _beside(client: Client, folder: Path, name: str) -> Path | None:
 def _apply_file_filters(client: Client, record: BodyRecord) -> None:
     """Apply the collision groups and masks of the file; the last collision of a link counts."""
     filters = client.scene.filters
-    for link, part in enumerate(record.model.links, start=-1):
+    for link, given in of_model(record.model, "filters", _file_filters):
+        group = given.get("group", filters.group_of(record.number, link))
+        filters.set_group((record.number, link), group, given.get("mask", -1))
+
+
+def _file_filters(model: BodyModel) -> list[tuple[int, dict[str, int]]]:
+    """Return the links with a collision group or mask in the file."""
+    found = []
+    for link, part in enumerate(model.links, start=-1):
         given = {
             key: int(value)
             for shape in part.collisions
@@ -158,12 +165,12 @@ def _apply_file_filters(client: Client, record: BodyRecord) -> None:
             if key in ("group", "mask") and value.strip().lstrip("-").isdigit()
         }
         if given:
-            group = given.get("group", filters.group_of(record.number, link))
-            filters.set_group((record.number, link), group, given.get("mask", -1))
+            found.append((link, given))
+    return found
 
 
 def _key_of(file: Path) -> tuple[Path, int, int]:
-    stamp = file.stat()
+    stamp = stat(file)  # noqa: PTH116 - faster than the path's own
     return file, stamp.st_mtime_ns, stamp.st_size
 
 

@@ -135,9 +135,7 @@ def plan(
             place = index[joint.child] = len(links)
             child = description.link_by_name[joint.child]
             links.append(
-                PlannedLink(
-                    name=child.name, parent=index[joint.parent], link=child, joint=joint, place=place
-                )
+                PlannedLink(name=child.name, parent=index[joint.parent], link=child, joint=joint, place=place)
             )
         if options.keep_link_order:
             _reorder(links, description)

@@ -58,6 +58,8 @@ class KeptWorld:
     """Elements of other parts of the world."""
     model: Any
     data: Any
+    of_arrays: dict[str, Any]
+    """What worlds made of the arrays of both."""
     memory: np.ndarray
     """The bytes of the model's arrays."""
     numbers: np.ndarray
@@ -102,7 +104,14 @@ class FormerWorld:
 
 
 def keep(
-    key: CompileKey, spec: Any, assets: MeshAssets, built: Sequence[Built], extras: Any, model: Any, data: Any
+    key: CompileKey,
+    spec: Any,
+    assets: MeshAssets,
+    built: Sequence[Built],
+    extras: Any,
+    model: Any,
+    data: Any,
+    of_arrays: dict[str, Any],
 ) -> KeptWorld | None:
     """Return a compiled world to be taken over later; None for one that is too large.
 
@@ -114,6 +123,7 @@ def keep(
         extras: elements of other parts of the world.
         model: its MjModel, just compiled.
         data: its MjData.
+        of_arrays: what its world makes of the arrays of both.
     """
     memory = memory_of(model)
     if memory is None or memory.nbytes > MOST_BYTES:
@@ -126,6 +136,7 @@ def keep(
         extras=extras,
         model=model,
         data=data,
+        of_arrays=of_arrays,
         memory=memory,
         numbers=memory.copy(),
         inertia=float(model.stat.meaninertia),
@@ -142,4 +153,3 @@ def memory_of(model: Any) -> np.ndarray | None:
     if size > model.nbuffer:
         return None
     return np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(first))
-

@@ -34,6 +34,10 @@ order = lazy_module("roboyard.sim.stepping.impulses.order")
 solving = lazy_module("roboyard.sim.stepping.impulses.solving")
 
 LIMIT, MOTOR, EQUALITY = range(3)
+_ORDERS = 4
+"""Orders of solution that are kept, for programs that create and remove the same in turns."""
+_MADE, _LAST = "arrays of rows in turn", "last bundle of rows in turn"
+"""Names in `Engine.of_arrays`."""
 _LINE = 64
 """Bytes of a line of the processor's cache."""
 
@@ -74,6 +78,8 @@ class SequentialMotors:
         """An MjModel, which of its joints have limits, and by id the parts of bodies in it."""
         self._is_ordered = False
         """Whether the order of solution has all constraints."""
+        self._orders: dict[Any, tuple[Any, ...]] = {}
+        """Slots of joints and equalities in the last orders of solution, by what these were made from."""
         self._known: tuple[Any, ...] = ()
         """Revision, time step and profile whose rules are written."""
 
@@ -99,6 +105,7 @@ class SequentialMotors:
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
         self._mechanism = self._parts = None
+        self._orders.clear()
         self._known = ()
 
     def note_bodies(self) -> None:
@@ -221,9 +228,14 @@ class SequentialMotors:
             bundle = self._bundle = self._last_bundle = r.EVERYTHING.of(
                 *(found.rows, found.contacts, found.search, self._mechanism, self._state),
                 *(self._manifolds.points, self._surface, self._solver),
-                before=self._last_bundle,
+                before=self._before(),
             )
+            self._world.of_arrays[_LAST] = bundle
         return bundle
+
+    def _before(self) -> Any:
+        """Return the last bundle of this world, or of the one whose arrays it took over."""
+        return self._world.of_arrays.get(_LAST) if self._last_bundle is None else self._last_bundle
 
     def write(self, found: StepRows, timestep: float) -> None:
         """Write the solution over MuJoCo's, after its solver, which had other rows."""
@@ -257,8 +269,10 @@ class SequentialMotors:
         trees = None
         if self._mechanism is None:
             trees = self._constraints.trees(model)
-            self._mechanism = _mechanism(model)
-            self._state = _state(data)
+            made = world.of_arrays.get(_MADE)
+            if made is None:
+                made = world.of_arrays[_MADE] = _mechanism(model), _state(data)
+            self._mechanism, self._state = made
             rows = max(len(self._solver.order), 16)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
             self._solver = _solver(rows, model.nv, model.nbody, model.ntree, self._width)
@@ -298,30 +312,28 @@ class SequentialMotors:
         """Write the order of solution."""
         self._is_ordered = True
         slot, limit_slot, equality_slot = mechanism.slot, mechanism.limit_slot, mechanism.equality_slot
-        for values in (slot, limit_slot, equality_slot):
-            values[:] = -1
         equalities = self._constraints.equalities
-        places = 0
         if self._parts is None:
             model = self._world.live_model
             state = model, model.jnt_limited.tobytes()
             if self._known_parts[0] is not model or self._known_parts[1] != state[1]:
                 self._known_parts = (*state, {})
-            known = self._known_parts[2]
-            for key, body in self._world.body_by_id.items():
-                if key not in known:
-                    known[key] = parts_of(body, model)
-            self._parts = [known[key] for key in self._world.body_by_id]
-        for index, kind in solution_order(self._parts, equalities, equality_tree):
-            if kind == EQUALITY:
-                equality_slot[index] = places
-                places += r.EQUALITY_ROWS
-            elif kind == LIMIT:
-                limit_slot[index] = places
-                places += 2
-            else:
-                slot[index] = places
-                places += 1
+            known, bodies = self._known_parts[2], self._world.body_by_id
+            now = {key: known.get(key) or parts_of(body, model) for key, body in bodies.items()}
+            self._known_parts, self._parts = (*state, now), list(now.values())
+        parts = tuple((one.trees, one.limits, one.motors) for one in self._parts)
+        made_from = parts, tuple(equalities), equality_tree.tobytes()
+        found = self._orders.get(made_from)
+        if found is None:
+            places = _number_places(
+                solution_order(self._parts, equalities, equality_tree), slot, limit_slot, equality_slot
+            )
+            self._orders[made_from] = places, slot.copy(), limit_slot.copy(), equality_slot.copy()
+            while len(self._orders) > _ORDERS:
+                del self._orders[next(iter(self._orders))]
+        else:
+            places = found[0]
+            slot[:], limit_slot[:], equality_slot[:] = found[1:]
         mechanism.equality_order[:] = -1
         mechanism.equality_order[: len(equalities)] = equalities
         mechanism.equality_tree[:] = np.where(equality_slot[:, None] >= 0, equality_tree, -2)
@@ -329,6 +341,26 @@ class SequentialMotors:
         if places != len(self._solver.places):
             self._solver = self._solver._replace(places=np.full(places, -1, np.int32))
             self._bundle = None
+
+
+def _number_places(
+    order: list[tuple[int, int]], slot: np.ndarray, limit_slot: np.ndarray, equality_slot: np.ndarray
+) -> int:
+    """Write the first row of each motor, limit and equality, -1 for none; return the number of rows."""
+    for values in (slot, limit_slot, equality_slot):
+        values[:] = -1
+    places = 0
+    for index, kind in order:
+        if kind == EQUALITY:
+            equality_slot[index] = places
+            places += r.EQUALITY_ROWS
+        elif kind == LIMIT:
+            limit_slot[index] = places
+            places += 2
+        else:
+            slot[index] = places
+            places += 1
+    return places
 
 
 def _same(one: tuple[Any, ...], other: tuple[Any, ...] | None) -> bool:
