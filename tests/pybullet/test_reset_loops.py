@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.pybullet.conftest import close_all
 
 import roboyard.pybullet as p
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.sim import simulation
 from roboyard.sim.engine import Engine
 from roboyard.sim.pool.kept_worlds import KeptWorld
-from tests.pybullet.conftest import close_all
 
 PLANE = """<robot name="floor"><link name="floor"><contact><lateral_friction value="0.9"/></contact>
 <collision><geometry><plane normal="0 0 1"/></geometry></collision></link></robot>"""

@@ -68,6 +68,7 @@ class Body:
         self.dof_offsets: tuple[int, ...] = _dof_offsets(self.joints, form)
         """Index of each joint's first degree of freedom among those of all joints."""
         self._scalar = np.array([joint.is_scalar for joint in self.joints], dtype=bool)
+        self._geom_rows: list[list[int]] | None = None
         self._positions: slice | np.ndarray = slice(0, 0)
         self._velocities: slice | np.ndarray = slice(0, 0)
 
@@ -386,8 +387,16 @@ class Body:
         for joint, armature in plan.armatures.items():
             self.joints[joint].armature = armature
 
+    @property
+    def geom_rows(self) -> list[list[int]]:
+        """Rows of the collision geoms of each link in MuJoCo's arrays, while the world is compiled."""
+        if self._geom_rows is None:
+            self._geom_rows = [[geom.id for geom in record.geoms] for record in self.built.links]
+        return self._geom_rows
+
     def refresh(self, model: Any) -> None:
         """Look up this body's rows in the arrays of a compiled model; the world calls this."""
+        self._geom_rows = None
         for i, record in enumerate(self.built.links):
             self.mujoco_ids[i] = record.element.id
             if i and record.joint_elements:

@@ -12,6 +12,7 @@ from roboyard.errors import ModelError, RoboyardError
 from roboyard.sim.build.geoms import add_triangles_for_rays
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets, forget_meshes
+from roboyard.sim.build.planned import PlannedBody
 from roboyard.sim.build.solver_options import (
     HARD_SOLIMP,
     PILE_SOLIMP,
@@ -22,7 +23,6 @@ from roboyard.sim.build.solver_options import (
     new_spec,
 )
 from roboyard.sim.build.triangle_windows import HALF_THICKNESS
-from roboyard.sim.build.planned import PlannedBody
 from roboyard.sim.discarded_worlds import WORLDS
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool

@@ -274,8 +274,7 @@ class BodyRecord:
             bounds = [self.bounds(link - 1) for link in range(len(self.links))]
             compounds = [box.kind == "compound" for box, _ in bounds]
             widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
-            rows = [[geom.id for geom in built.geoms] for built in self.body.built.links]
-            self._forms = model, margins, (self.shape_boxes, rows, compounds, widths)
+            self._forms = model, margins, (self.shape_boxes, self.body.geom_rows, compounds, widths)
         return self._forms[2]
 
     def reaches(self) -> list[float]:
@@ -354,6 +353,16 @@ class BodyRecord:
             self._tree = link_tree(model, self.rows, types, self.base_frame, self.free)
             self._has_tree = self._tree is not None
         return self._tree
+
+    def keep_applied(self, forces: Sequence[float]) -> None:
+        """Note the efforts of all motors that are on, from those (nv,) of all joints (N m or N)."""
+        applied, starts, infos = self.applied, self.velocity_addresses, self.infos
+        for joint, is_on in enumerate(self.motored):
+            if is_on:
+                start, count = starts[joint], VELOCITY_COUNT[infos[joint][2]]
+                applied[joint] = (
+                    forces[start] if count == 1 else tuple(forces[k] for k in range(start, start + count))
+                )
 
     def positions_of(self, joint: int) -> slice:
         """Return the slice of a joint in qpos."""

@@ -281,6 +281,10 @@ class PhysicsScene:
         """Return the World's ids of all bodies that scripts have."""
         return self._records_by_world_id.keys()
 
+    def records(self) -> dict[int, BodyRecord]:
+        """Return the records of all bodies by their ids in the World, as they are now."""
+        return self._records_by_world_id.copy()
+
     def record_of(self, world_body_id: int) -> BodyRecord:
         """Return the record of a World body id."""
         return self._records_by_world_id[world_body_id]

@@ -362,11 +362,13 @@ def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, 
 
 def _owners(world: Engine[Body], count: int) -> np.ndarray:
     """Return (ngeom, 3) body, link and place in the link of each geom; -1 where it is of no body."""
-    owners = np.full((count, 3), -1)
-    for body in world.body_by_id.values():
-        for link, record in enumerate(body.built.links):
-            for place, geom in enumerate(record.geoms):
-                owners[geom.id] = body.id, link, place
+    owners, geoms, places = np.full((count, 3), -1), list[int](), list[tuple[int, int, int]]()
+    for number, body in world.body_by_id.items():
+        for link, rows in enumerate(body.geom_rows):
+            geoms += rows
+            places += [(number, link, place) for place in range(len(rows))]
+    if geoms:
+        owners[geoms] = places
     return owners
 
 
