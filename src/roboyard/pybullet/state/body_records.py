@@ -24,7 +24,7 @@ from roboyard.transforms import Array, conjugate, multiply, rotate
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
-    from roboyard.pybullet.bullet_rules.contact_reaches import ShapeBoxes
+    from roboyard.pybullet.bullet_rules.contact_reaches import PlacedShapes, ShapeBoxes
     from roboyard.pybullet.bullet_rules.link_trees import LinkTree
     from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds
     from roboyard.pybullet.face.arguments import Vector3
@@ -263,18 +263,25 @@ class BodyRecord:
         found: ShapeBoxes = of_model(self.model, "boxes", _shape_boxes)
         return found
 
-    def forms(self, model: Any) -> tuple[ShapeBoxes, list[list[int]], list[bool], list[float]]:
-        """Return the boxes around all shapes, and of each link its geoms, whether it is a compound, margins.
+    def shapes_key(self) -> tuple[Any, ...]:
+        """Return what tells the shapes of this body, and their places, from others'; hold `model.shared`."""
+        return id(self.model.shared), self.body.mujoco_ids.tobytes(), tuple(self._changed_margins())
+
+    def forms(self, model: Any) -> PlacedShapes:
+        """Return all shapes and their geoms.
 
         Args:
             model: MjModel that the geoms are of; the result is kept as long as it is the same.
         """
         margins = self._changed_margins()
         if self._forms[0] is not model or self._forms[1] != margins:
+            from roboyard.pybullet.bullet_rules.contact_reaches import place_shapes
+
             bounds = [self.bounds(link - 1) for link in range(len(self.links))]
             compounds = [box.kind == "compound" for box, _ in bounds]
             widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
-            self._forms = model, margins, (self.shape_boxes, self.body.geom_rows, compounds, widths)
+            placed = place_shapes(self.shape_boxes, self.body.geom_rows, compounds, widths)
+            self._forms = model, margins, placed
         return self._forms[2]
 
     def reaches(self) -> list[float]:

@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from roboyard.sim.body import Body
     from roboyard.sim.stepping.shape_forms import ShapeForms
 
+_SHAPES, _SHAPE_SETS = "shapes of bodies", 4
+"""Name in `Engine.of_arrays`, and number of sets of bodies whose shapes are kept."""
 HELD_INERTIA = 1e9
 """Inertia (kg m² or kg) of the motor of a joint that nothing moves."""
 
@@ -101,8 +103,8 @@ class PhysicsScene:
         self._margin_shapes: MarginShapes | None = None
         self.link_boxes: tuple[int, SceneBoxes] | None = None
         """Revision of the World, and boxes around the links of all bodies."""
-        self._geom_margins: Any = None
-        self._contact_reaches: Any = None
+        self._known_shape_numbers: Any = None
+        """Revision of the World, and margins, reaches and forms of shapes then."""
         self.world.surfaces.margins_of = self.geom_margins
         self.world.surfaces.reaches_of = self.contact_reaches
         self.world.surfaces.forms_of = self.shape_forms
@@ -349,19 +351,50 @@ class PhysicsScene:
 
     def geom_margins(self) -> Any:
         """Return the (ngeom,) margins by which Bullet's shapes are larger than MuJoCo's (m)."""
+        return self._shape_numbers()[0]
+
+    def contact_reaches(self) -> Any:
+        """Return the (ngeom,) gaps (m) up to which Bullet keeps the points of contacts."""
+        return self._shape_numbers()[1]
+
+    def shape_forms(self) -> ShapeForms:
+        """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
+        forms: ShapeForms = self._shape_numbers()[2]
+        return forms
+
+    def _shape_numbers(self) -> tuple[Any, Any, ShapeForms]:
+        """Return margins, reaches and forms of all shapes.
+
+        They are kept with MuJoCo's arrays for the last few sets of bodies, some of which come again.
+        """
         world = self.world
-        if self._geom_margins is None or self._geom_margins[0] != world.revision or world.is_stale:
-            world.ensure_compiled()
-            cylinders: list[int] = []
-            triangles: list[int] = []
-            for record in self.bodies.values():
+        known = self._known_shape_numbers
+        if known is not None and known[0] == world.revision and not world.is_stale:
+            return known[1]
+        world.ensure_compiled()
+        records = self.bodies.values()
+        key = tuple(record.shapes_key() for record in records)
+        kept = world.of_arrays.setdefault(_SHAPES, {})
+        found = kept.get(key)
+        if found is None:
+            model, cylinders, triangles = world.live_model, list[int](), list[int]()
+            for record in records:
                 rows = record.body.mujoco_ids
                 concave, has_cylinders = of_model(record.model, "margins", special_margins)
                 if has_cylinders:
                     cylinders += rows.tolist()
                 triangles += [int(rows[index]) for index in concave]
-            self._geom_margins = world.revision, geom_margins(world.live_model, cylinders, triangles)
-        return self._geom_margins[1]
+            numbers = (
+                geom_margins(model, cylinders, triangles),
+                contact_reaches(model, ((record.body.mujoco_ids, record.reaches()) for record in records)),
+                shape_forms(model.ngeom, [record.forms(model) for record in records]),
+            )
+            # with what the key has the ids of
+            found = kept[key] = numbers, [record.model.shared for record in records]
+            while len(kept) > _SHAPE_SETS:
+                del kept[next(iter(kept))]
+        self._known_shape_numbers = world.revision, found[0]
+        return found[0]
 
     def place_of(self, geom: int) -> tuple[int, int, float]:
         """Return body, link and Bullet's margin (m) of a MuJoCo geom."""
@@ -387,22 +420,6 @@ class PhysicsScene:
         if not len(geoms) or self.filters.shows_all(mask):
             return geoms
         return geoms[[self.filters.shows(*self.place_of(geom)[:2], mask) for geom in geoms.tolist()]]
-
-    def contact_reaches(self) -> Any:
-        """Return the (ngeom,) gaps (m) up to which Bullet keeps the points of contacts."""
-        world = self.world
-        if self._contact_reaches is None or self._contact_reaches[0] != world.revision or world.is_stale:
-            world.ensure_compiled()
-            bodies = ((record.body.mujoco_ids, record.reaches()) for record in self.bodies.values())
-            self._contact_reaches = world.revision, contact_reaches(world.live_model, bodies)
-        return self._contact_reaches[1]
-
-    def shape_forms(self) -> ShapeForms:
-        """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
-        world = self.world
-        world.ensure_compiled()
-        model = world.live_model
-        return shape_forms(model.ngeom, [record.forms(model) for record in self.bodies.values()])
 
     # -------------------------------------------------------------------------------------------------- time
 

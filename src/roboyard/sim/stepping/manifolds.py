@@ -44,6 +44,8 @@ edge_kernels = lazy_module("roboyard.sim.stepping.narrow_phase.edge_kernels")
 face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
+_OWNERS, _SETS = "owners of geoms", 4
+"""Name in `Engine.of_arrays`, and number of sets of bodies that are kept."""
 _BLANK = mujoco.MjContact()
 """Given to MuJoCo for contacts that are written then."""
 
@@ -88,7 +90,7 @@ class Manifolds:
         self._bound: _Bound | None = None
         self._kept: KeptPoints | None = None
         """The points until arrays are bound again, where bodies were added or removed."""
-        self.points = _points(0, np.zeros(0, np.int32), np.zeros(0, np.int32), 0, 0)
+        self.points = _no_points()
         """The points, as arguments of compiled loops."""
 
     @property
@@ -226,7 +228,8 @@ class Manifolds:
 
     def forget(self) -> None:
         """Forget all points: in this step there are no contacts."""
-        self.points.notes[PAIRS] = 0
+        if self._bound is not None:
+            self.points.notes[PAIRS] = 0
 
     def grow(self, contacts: int) -> None:
         """Make room for the points of so many contacts, and for more pairs where there was none left."""
@@ -264,16 +267,16 @@ class Manifolds:
                 face_contacts().install(model, data)
         else:
             model.opt.disableflags &= ~_MULTIPLE
+        owners, turns, places = self._orders_of(model)
         self._bound = _Bound(
             keeps=keeps,
             geoms=(model.geom_type, model.geom_bodyid),
             frames=(data.xpos, data.xmat),
-            owners=_owners(world, model.ngeom),
+            owners=owners,
             seen=2 * world.profile.contact_margin,
         )
         kept, self._kept = self._kept, None
         old = self.points
-        turns, places = _creation_order(self._bound.owners, model)
         met = 0 if kept is None else len(kept.met.ranks)
         every = len(turns) * (len(turns) - 1) // 2
         meeting = min(every, max(16 * len(turns), 4096))
@@ -281,6 +284,19 @@ class Manifolds:
         self.points = _points(model.ngeom, turns, places, *room)
         if kept is not None:
             self._take(kept, self._bound)
+
+    def _orders_of(self, model: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return owners and orders of geoms, kept for the last few sets of bodies, some of which come again."""
+        world = self._world
+        kept = world.of_arrays.setdefault(_OWNERS, {})
+        bodies = tuple((number, body.mujoco_ids.tobytes()) for number, body in world.body_by_id.items())
+        found = kept.get(bodies)
+        if found is None:
+            owners = _owners(world, model.ngeom)
+            found = kept[bodies] = owners, *_creation_order(owners, model)
+            while len(kept) > _SETS:
+                del kept[next(iter(kept))]
+        return found
 
     def _take(self, kept: KeptPoints, bound: _Bound) -> None:
         """Write points under the present numbers of their geoms; those of bodies that are gone end."""
@@ -329,6 +345,12 @@ class _Bound:
     """(ngeom, 3) body, link and place in the link of each geom."""
     seen: float
     """Gap (m) up to which MuJoCo finds contacts."""
+
+
+@cache
+def _no_points() -> Points:
+    """Return room for no points, which nothing is written into."""
+    return _points(0, np.zeros(0, np.int32), np.zeros(0, np.int32), 0, 0)
 
 
 def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int) -> Points:

@@ -36,7 +36,7 @@ solving = lazy_module("roboyard.sim.stepping.impulses.solving")
 LIMIT, MOTOR, EQUALITY = range(3)
 _ORDERS = 4
 """Orders of solution that are kept, for programs that create and remove the same in turns."""
-_MADE, _LAST = "arrays of rows in turn", "last bundle of rows in turn"
+_MADE, _LAST, _SLOTS = "arrays of rows in turn", "last bundle of rows in turn", "orders of rows in turn"
 """Names in `Engine.of_arrays`."""
 _LINE = 64
 """Bytes of a line of the processor's cache."""
@@ -78,8 +78,6 @@ class SequentialMotors:
         """An MjModel, which of its joints have limits, and by id the parts of bodies in it."""
         self._is_ordered = False
         """Whether the order of solution has all constraints."""
-        self._orders: dict[Any, tuple[Any, ...]] = {}
-        """Slots of joints and equalities in the last orders of solution, by what these were made from."""
         self._known: tuple[Any, ...] = ()
         """Revision, time step and profile whose rules are written."""
 
@@ -105,7 +103,6 @@ class SequentialMotors:
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
         self._mechanism = self._parts = None
-        self._orders.clear()
         self._known = ()
 
     def note_bodies(self) -> None:
@@ -323,14 +320,15 @@ class SequentialMotors:
             self._known_parts, self._parts = (*state, now), list(now.values())
         parts = tuple((one.trees, one.limits, one.motors) for one in self._parts)
         made_from = parts, tuple(equalities), equality_tree.tobytes()
-        found = self._orders.get(made_from)
+        orders = self._world.of_arrays.setdefault(_SLOTS, {})
+        found = orders.get(made_from)
         if found is None:
             places = _number_places(
                 solution_order(self._parts, equalities, equality_tree), slot, limit_slot, equality_slot
             )
-            self._orders[made_from] = places, slot.copy(), limit_slot.copy(), equality_slot.copy()
-            while len(self._orders) > _ORDERS:
-                del self._orders[next(iter(self._orders))]
+            orders[made_from] = places, slot.copy(), limit_slot.copy(), equality_slot.copy()
+            while len(orders) > _ORDERS:
+                del orders[next(iter(orders))]
         else:
             places = found[0]
             slot[:], limit_slot[:], equality_slot[:] = found[1:]
