@@ -1,4 +1,4 @@
-"""Loops that reset the simulation and build it again, against the same with every world compiled anew."""
+"""Loops that reset the simulation and build it again, against the same with every world compiled."""
 
 from __future__ import annotations
 
@@ -23,11 +23,13 @@ BOX = """<robot name="box"><link name="box"><inertial><mass value="0.3"/>
 <collision><geometry><box size="0.1 0.12 0.14"/></geometry></collision></link></robot>"""
 WEDGE = """v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"""
 ARM = """<robot name="arm">
-<link name="base"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<link name="base"><inertial><mass value="2"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
 <collision><geometry><mesh filename="wedge.obj"/></geometry></collision></link>
 <link name="upper"><inertial><origin xyz="0 0 0.1"/><mass value="0.5"/>
 <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
-<collision><origin xyz="0 0 0.1"/><geometry><capsule radius="0.03" length="0.1"/></geometry></collision></link>
+<collision><origin xyz="0 0 0.1"/><geometry><capsule radius="0.03" length="0.1"/></geometry></collision>
+</link>
 <link name="fore"><inertial><mass value="0.2"/>
 <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
 <collision><geometry><sphere radius="0.05"/></geometry></collision></link>

@@ -58,9 +58,9 @@ class Engine(Generic[BodyT]):
         self.is_kept = False
         """Whether the world that replaces this one may take over its compiled model."""
         self.former: FormerWorld | None = None
-        """What this world may take over of the one that it replaces, until its first compile."""
+        """The world that this one replaces, until the first compile, which may take it over."""
         self._key: CompileKey | None = None
-        """What the model was compiled from, while it is the first one."""
+        """The input of the first compile, while its model is in use."""
         self._kept: KeptWorld | None = None
         """The compiled world, for the next one, while its spec has not changed."""
         self._is_edited = False
@@ -71,7 +71,7 @@ class Engine(Generic[BodyT]):
         self.prepared: dict[str, dict[int, Any]] = {}
         """Data of other layers about rows of MuJoCo's arrays, by kind; dropped when these change."""
         self.of_arrays: dict[str, Any] = {}
-        """What parts of this world made of MuJoCo's arrays, as long as these are the same."""
+        """Objects that parts of this world made of MuJoCo's arrays, as long as these are the same."""
         self.revision = 0
         """Grows whenever rows of MuJoCo's arrays change."""
         self.hard_contacts = profile.hard_contacts
@@ -439,13 +439,10 @@ class Engine(Generic[BodyT]):
         for body in self.body_by_id.values():
             body.refresh(self._model)
         self._key, self._kept, self._is_edited = key, None, False
-        if key is not None:
-            if former is not None and key.is_like(former.key):  # for the second time
-                built = [body.built for body in self.body_by_id.values()]
-                extras = self._extra_elements()
-                self._kept = keep(
-                    key, spec, self.assets, built, extras, self._model, self._data, self.of_arrays
-                )
+        if key is not None and former is not None and key.is_like(former.key):  # for the second time
+            built = [body.built for body in self.body_by_id.values()]
+            extras = self._extra_elements()
+            self._kept = keep(key, spec, self.assets, built, extras, self._model, self._data, self.of_arrays)
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()

@@ -90,7 +90,7 @@ class BodyModel:
     index_by_name: dict[str, int] = field(default_factory=dict)
     """Link name to link index."""
     shared: dict[str, Any] = field(default_factory=dict)
-    """What is computed once for all bodies of a file: copies of this model have it in common."""
+    """Results that all bodies of a file have in common: copies of this model share them."""
 
 
 def bullet_model(

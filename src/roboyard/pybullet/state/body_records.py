@@ -206,6 +206,8 @@ class BodyRecord:
         self.fixed_axes: tuple[Any, Array] | None = None
         """Quaternion of the inertial frame of a fixed base and its (3, 3) rotation, once it was asked for."""
         self.revision = -1
+        self._data: Any = None
+        """MjData whose arrays are looked up."""
         self.link_reader: LinkReader | None = None
         self.moved_link_reader: MovedLinkReader | None = None
         """Reads a link's state; created on first use."""
@@ -264,7 +266,7 @@ class BodyRecord:
         return found
 
     def shapes_key(self) -> tuple[Any, ...]:
-        """Return what tells the shapes of this body, and their places, from others'; hold `model.shared`."""
+        """Return a key of the shapes of this body and their places, valid while `model.shared` is held."""
         return id(self.model.shared), self.body.mujoco_ids.tobytes(), tuple(self._changed_margins())
 
     def forms(self, model: Any) -> PlacedShapes:
@@ -321,6 +323,9 @@ class BodyRecord:
         self.link_reader = self.moved_link_reader = self.link_pusher = self.link_boxes = self.geoms = None
         self._layout = self._tree = None
         self._has_tree = True
+        if self._data is data:
+            return  # a body keeps its rows as long as MuJoCo's arrays are the same
+        self._data = data
         self.rows = [int(row) for row in body.mujoco_ids]
         self.qpos, self.qvel = data.qpos, data.qvel
         self.words = self.qpos.data, self.qvel.data

@@ -30,7 +30,7 @@ MOST_BYTES = 64 * 2**20
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class CompileKey:
-    """What a first compile is made from."""
+    """The input of a first compile."""
 
     bodies: tuple[PlannedBody, ...]
     settings: tuple[Any, ...]
@@ -59,7 +59,7 @@ class KeptWorld:
     model: Any
     data: Any
     of_arrays: dict[str, Any]
-    """What worlds made of the arrays of both."""
+    """Objects that worlds made of the arrays of both; see `Engine.of_arrays`."""
     memory: np.ndarray
     """The bytes of the model's arrays."""
     numbers: np.ndarray
@@ -96,7 +96,7 @@ class KeptWorld:
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class FormerWorld:
-    """What is left of the world before."""
+    """The rest of a world that another one replaces."""
 
     key: CompileKey
     kept: KeptWorld | None
@@ -123,7 +123,7 @@ def keep(
         extras: elements of other parts of the world.
         model: its MjModel, just compiled.
         data: its MjData.
-        of_arrays: what its world makes of the arrays of both.
+        of_arrays: the `Engine.of_arrays` of its world.
     """
     memory = memory_of(model)
     if memory is None or memory.nbytes > MOST_BYTES:
@@ -144,7 +144,7 @@ def keep(
 
 
 def memory_of(model: Any) -> np.ndarray | None:
-    """Return the bytes of all arrays of an MjModel, which MuJoCo has in one block; None if it has not."""
+    """Return (n,) bytes: all arrays of an MjModel, which MuJoCo has in one block; None if it has not."""
     found = [getattr(model, name) for name in dir(type(model)) if not name.startswith("_")]
     arrays = [values for values in found if isinstance(values, np.ndarray) and values.size]
     arrays = [values for values in arrays if values.flags.c_contiguous and not values.flags.owndata]

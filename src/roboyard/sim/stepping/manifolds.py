@@ -286,17 +286,21 @@ class Manifolds:
             self._take(kept, self._bound)
 
     def _orders_of(self, model: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return owners and orders of geoms, kept for the last few sets of bodies, some of which come again."""
+        """Return owners and orders of geoms, kept for the last few sets of bodies, which may come again."""
         world = self._world
         kept = world.of_arrays.setdefault(_OWNERS, {})
-        bodies = tuple((number, body.mujoco_ids.tobytes()) for number, body in world.body_by_id.items())
+        bodies = tuple(body.mujoco_ids.tobytes() for body in world.body_by_id.values())
         found = kept.get(bodies)
         if found is None:
-            owners = _owners(world, model.ngeom)
-            found = kept[bodies] = owners, *_creation_order(owners, model)
+            places = _owners(world, model.ngeom)
+            found = kept[bodies] = places, *_creation_order(places, model)
             while len(kept) > _SETS:
                 del kept[next(iter(kept))]
-        return found
+        owners = found[0].copy()
+        if bodies:
+            has_owner = owners[:, 0] >= 0
+            owners[has_owner, 0] = np.array(list(world.body_by_id))[owners[has_owner, 0]]
+        return owners, *found[1:]
 
     def _take(self, kept: KeptPoints, bound: _Bound) -> None:
         """Write points under the present numbers of their geoms; those of bodies that are gone end."""
@@ -383,9 +387,9 @@ def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, 
 
 
 def _owners(world: Engine[Body], count: int) -> np.ndarray:
-    """Return (ngeom, 3) body, link and place in the link of each geom; -1 where it is of no body."""
+    """Return (ngeom, 3) body, as a number from 0 on, link and place in the link of each geom; -1 for none."""
     owners, geoms, places = np.full((count, 3), -1), list[int](), list[tuple[int, int, int]]()
-    for number, body in world.body_by_id.items():
+    for number, body in enumerate(world.body_by_id.values()):
         for link, rows in enumerate(body.geom_rows):
             geoms += rows
             places += [(number, link, place) for place in range(len(rows))]

@@ -72,6 +72,10 @@ class SequentialMotors:
         self._last_bundle: Any = None
         """The last one, also where it is out of date."""
         """All of these as one argument of compiled loops; None where one is another now."""
+        self._bundles: dict[tuple[int, ...], Any] = {}
+        """The last few of them, by the ids of their records."""
+        self._solvers: dict[int, r.Solver] = {}
+        """The last few records of the solver, by the number of places of rows."""
         self._parts: list[BodyParts] | None = None
         """Limits and motors of each body; None where bodies came or went."""
         self._known_parts: tuple[Any, bytes, dict[int, BodyParts]] = None, b"", {}
@@ -103,11 +107,13 @@ class SequentialMotors:
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
         self._mechanism = self._parts = None
+        self._bundles.clear()
         self._known = ()
 
     def note_bodies(self) -> None:
         """Note that bodies were added or removed; where MuJoCo's arrays stay, the order alone is another."""
         self._parts = None
+        self._bundles.clear()
         self._is_ordered = False
         self._known = ()
 
@@ -222,12 +228,18 @@ class SequentialMotors:
             or bundle.records[2] is not found.search
             or bundle.records[5] is not self._manifolds.points
         ):
-            bundle = self._bundle = self._last_bundle = r.EVERYTHING.of(
+            parts = (
                 *(found.rows, found.contacts, found.search, self._mechanism, self._state),
                 *(self._manifolds.points, self._surface, self._solver),
-                before=self._before(),
             )
-            self._world.of_arrays[_LAST] = bundle
+            bundles = self._bundles
+            key = tuple(map(id, parts))  # of objects that the bundles hold
+            bundle = bundles.get(key)
+            if bundle is None:
+                bundle = bundles[key] = r.EVERYTHING.of(*parts, before=self._before())
+                while len(bundles) > _ORDERS:
+                    del bundles[next(iter(bundles))]
+            self._bundle = self._last_bundle = self._world.of_arrays[_LAST] = bundle
         return bundle
 
     def _before(self) -> Any:
@@ -337,8 +349,19 @@ class SequentialMotors:
         mechanism.equality_tree[:] = np.where(equality_slot[:, None] >= 0, equality_tree, -2)
         mechanism.equality_aux[:], mechanism.equality_site[:] = equality_aux, equality_site
         if places != len(self._solver.places):
-            self._solver = self._solver._replace(places=np.full(places, -1, np.int32))
-            self._bundle = None
+            self._solver, self._bundle = self._solver_for(places), None
+
+    def _solver_for(self, places: int) -> r.Solver:
+        """Return the solver with so many places of rows; the one before, where it is the same otherwise."""
+        solver, known = self._solver, self._solvers
+        known[len(solver.places)] = solver
+        while len(known) > _ORDERS:
+            del known[next(iter(known))]
+        found = known.get(places)
+        if found is not None and _same(found._replace(places=solver.places), solver):
+            found.places[:] = -1
+            return found
+        return solver._replace(places=np.full(places, -1, np.int32))
 
 
 def _number_places(
