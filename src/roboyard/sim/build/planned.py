@@ -104,8 +104,15 @@ def plan(
 ) -> PlannedBody | None:
     """Return the plan of a body that can be built later for certain; None for any other.
 
-    See `build` for the arguments. Bodies of a world without visual geoms and drives are planned whose shapes
-    are primitives or meshes that were built before, since a mesh may turn out to be unusable.
+    Bodies of a world without visual geoms and drives are planned whose shapes are primitives or meshes that
+    were built before, since a mesh may turn out to be unusable.
+
+    Args:
+        description: the robot.
+        prefix: of all names.
+        position: (3,) of the root link's frame in the world frame (m).
+        quaternion: (4,) x, y, z, w of the root link's frame.
+        options: how to build it.
     """
     if options.visual_geoms or options.drives or position.shape != (3,) or description.loops:
         return None

@@ -293,14 +293,15 @@ class Manifolds:
         found = kept.get(bodies)
         if found is None:
             places = _owners(world, model.ngeom)
-            found = kept[bodies] = places, *_creation_order(places, model)
+            turns, tree_places = _creation_order(places, model)
+            found = kept[bodies] = places, turns, tree_places
             while len(kept) > _SETS:
                 del kept[next(iter(kept))]
-        owners = found[0].copy()
+        owners: np.ndarray = found[0].copy()
         if bodies:
             has_owner = owners[:, 0] >= 0
             owners[has_owner, 0] = np.array(list(world.body_by_id))[owners[has_owner, 0]]
-        return owners, *found[1:]
+        return owners, found[1], found[2]
 
     def _take(self, kept: KeptPoints, bound: _Bound) -> None:
         """Write points under the present numbers of their geoms; those of bodies that are gone end."""

@@ -289,6 +289,7 @@ class SequentialMotors:
             self._unbounded = np.full(model.nv, np.inf)
             self._bundle, self._is_ordered = None, False
         mechanism = self._mechanism
+        assert mechanism is not None
         if not self._is_ordered:
             self._order(mechanism, *(trees or self._constraints.trees(model)))
         bound, share = self._constraints.bounds_and_shares(model)
