@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -47,6 +47,12 @@ def files(tmp_path: Path) -> Iterator[Path]:
         (tmp_path / name).write_text(text)
     yield tmp_path
     close_all()
+
+
+def world(client: int | None = None) -> Any:
+    """Return the world of a client; of the first one by default."""
+    number = next(iter(CLIENTS)) if client is None else client
+    return cast(Any, CLIENTS[number]).scene.world
 
 
 Bodies = dict[str, int]
@@ -96,7 +102,7 @@ def run(
             if during is not None and step == STEPS // 2:
                 found.append(during(bodies, episode))
         found.append(trace({name: body for name, body in bodies.items() if name in bodies}))
-    found.append(next(iter(CLIENTS.values())).scene.world.spec.to_xml())
+    found.append(world().spec.to_xml())
     p.disconnect()
     return found
 
@@ -253,10 +259,11 @@ EDITS = [
 def test_nothing_of_an_episode_reaches_the_next(
     files: Path, monkeypatch: pytest.MonkeyPatch, edit: Edit, when: str
 ) -> None:
+    arguments: dict[str, Any] = {when: edit}
     if edit is change_mass_by_machine_code:
         for _ in range(6):
-            run(files, **{when: edit})  # until machine code, which rounds otherwise, makes all changes
-    agree(files, monkeypatch, **{when: edit})
+            run(files, **arguments)  # until machine code, which rounds otherwise, makes all changes
+    agree(files, monkeypatch, **arguments)
 
 
 def test_changes_of_single_episodes_do_not_end_it(
@@ -297,9 +304,8 @@ def test_bodies_that_are_removed_before_a_step_leave_nothing(client: int, files:
         p.removeBody(made)
     assert p.getNumBodies() == 5
     p.stepSimulation()
-    world = next(iter(CLIENTS.values())).scene.world
-    assert world.live_model.nbody == 1 + 1 + 1 + 3 + 3 + 1
-    assert world.spec.to_xml().count('<body name="box') == 1
+    assert world().live_model.nbody == 1 + 1 + 1 + 3 + 3 + 1
+    assert world().spec.to_xml().count('<body name="box') == 1
 
 
 def test_worlds_of_two_clients_are_apart(files: Path) -> None:
@@ -312,7 +318,7 @@ def test_worlds_of_two_clients_are_apart(files: Path) -> None:
             p.stepSimulation(physicsClientId=client)
         assert p.getBasePositionAndOrientation(boxes[one], physicsClientId=one)[0] == (0, 0, 0.3)
         assert p.getBasePositionAndOrientation(boxes[two], physicsClientId=two)[0] == (0, 0, 0.5)
-    models = {id(client.scene.world.live_model) for client in CLIENTS.values()}
+    models = {id(world(number).live_model) for number in CLIENTS}
     assert len(models) == 2
 
 
@@ -322,7 +328,7 @@ def test_the_first_changed_world_is_compiled_again(client: int, files: Path, tak
         for k in range(count):
             p.loadURDF(str(files / "box.urdf"), [0.2 * k, 0, 1])
         p.stepSimulation()
-        return int(next(iter(CLIENTS.values())).scene.world.live_model.nbody) - 1
+        return int(world().live_model.nbody) - 1
 
     assert [episode(count) for count in (2, 2, 2, 3, 2, 2, 2)] == [2, 2, 2, 3, 2, 2, 2]
     assert taken == [2, 2]
