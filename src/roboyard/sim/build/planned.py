@@ -31,7 +31,7 @@ from roboyard.transforms import Array
 _DOFS = {"fixed": 0, "revolute": 1, "continuous": 1, "prismatic": 1, "spherical": 3}
 """Degrees of freedom of the joints that bodies can be planned with."""
 _PRIMITIVES = (Box, Sphere, Cylinder, Capsule, Plane)
-_MOST_SOUND = 256
+_MOST_SOUND = 64
 _SOUND: dict[tuple[int, float, bool, int], tuple[RobotDescription, tuple[TriangleMesh, ...]]] = {}
 """Descriptions that were built before, with their collision meshes, by id and what hulls depend on."""
 
