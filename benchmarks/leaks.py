@@ -3,8 +3,8 @@
     python benchmarks/leaks.py [--steps 864000] [--cycles 200]
 
 R2D2 drives through `roboyard.pybullet`, with motor commands and state reads now and then; after that clients
-connect, load, step and disconnect, and one resets its simulation, with and without changes that end reuse, and
-creates and removes bodies. Prints the growth of resident memory from when all is warm to the end.
+connect, load, step and disconnect, and one resets its simulation, with and without changes that end reuse.
+Prints the growth of resident memory from when all is warm to the end.
 """
 
 from __future__ import annotations
@@ -99,10 +99,6 @@ def resetting(cycles: int) -> float:
         if cycle % 5 == 0:
             p.changeDynamics(robot, 1, mass=0.5)
         p.stepSimulation()
-        for _ in range(3):
-            made = p.createMultiBody(0.1, box, basePosition=[1, 0, 1])
-            p.stepSimulation()
-            p.removeBody(made)
     gc.collect()
     grown = resident_mb() - start
     p.disconnect(client)
