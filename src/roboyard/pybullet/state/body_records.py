@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from roboyard._records import dataclass
-from roboyard.description.model import Plane, Pose
+from roboyard.description.model import Box, Capsule, Plane, Pose, Sphere
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
@@ -39,6 +40,8 @@ CONTACT_STIFFNESS, CONTACT_DAMPING = 1e4, 1.0
 DEFAULT_DAMPING = 0.04
 DEFAULT_IMPULSE = {0: 1.0, 1: 1.0, 2: 1000.0}
 """Largest impulse per step of the default motor of a joint, by joint type (N m s or N s)."""
+_FEW = 4
+"""Most shapes of a body that is compared with others by its numbers."""
 MULTIBODY, RIGID_BODY = 2, 1
 HIDDEN_JOINT = -1
 """Type of a joint that scripts cannot access; it has no motor."""
@@ -267,7 +270,8 @@ class BodyRecord:
 
     def shapes_key(self) -> tuple[Any, ...]:
         """Return a key of the shapes of this body and their places, valid while `model.shared` is held."""
-        return id(self.model.shared), self.body.mujoco_ids.tobytes(), tuple(self._changed_margins())
+        shapes = of_model(self.model, "key", _shapes_of)
+        return shapes, self.body.mujoco_ids.tobytes(), tuple(self._changed_margins())
 
     def forms(self, model: Any) -> PlacedShapes:
         """Return all shapes and their geoms.
@@ -401,6 +405,23 @@ def _link_fields(model: BodyModel) -> list[dict[str, Any]]:
         {"mass": link.mass, "moments": link.moments, "frame": _shown(link.frame), **_contact_of(model, index)}
         for index, link in enumerate(model.links)
     ]
+
+
+def _shapes_of(model: BodyModel) -> Any:
+    """Return a key of the shapes of a body: its numbers for one of few primitives, else one of its own.
+
+    Programs create such bodies again and again, while those of files have their models in common.
+    """
+    link, rule = model.links[0], model.bounds_of
+    if (
+        len(model.links) > 1
+        or len(link.collisions) > _FEW
+        or not isinstance(rule, partial)
+        or not all(isinstance(shape.geometry, Box | Sphere | Capsule) for shape in link.collisions)
+    ):
+        return id(model.shared)
+    shapes = tuple((shape.geometry, shape.origin, shape.concave) for shape in link.collisions)
+    return link.frame, shapes, model.implicit_cylinder, rule.func, tuple(sorted(rule.keywords.items()))
 
 
 def _shape_boxes(model: BodyModel) -> ShapeBoxes:

@@ -626,6 +626,7 @@ class Constraints:
         """
         trees = np.full((model.neq, 2), -2, np.int32)
         aux, places = np.full(model.neq, -1, np.int32), np.full((model.neq, 2), -1, np.int32)
+        owner_of, tree_of = model.site_bodyid.item, model.body_treeid.item
         for constraint in self._by_id.values():
             equality = constraint.element.id
             if constraint.tendon is not None:
@@ -637,8 +638,8 @@ class Constraints:
                 joints = model.eq_obj1id[equality], model.eq_obj2id[equality]
                 found = model.dof_treeid[model.jnt_dofadr[list(joints)]]
             else:
-                sites = [model.eq_obj1id[equality], model.eq_obj2id[equality]]
-                found = model.body_treeid[model.site_bodyid[sites]]
+                sites = constraint.rows
+                found = tree_of(owner_of(sites[0])), tree_of(owner_of(sites[1]))
                 places[equality] = sites
             trees[equality] = found
         return trees, aux, places
