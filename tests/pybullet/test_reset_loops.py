@@ -12,9 +12,11 @@ from tests.pybullet.conftest import close_all
 
 import roboyard.pybullet as p
 from roboyard.pybullet.connections import CLIENTS
+from roboyard.pybullet.state import physics_scene
 from roboyard.sim import simulation
 from roboyard.sim.engine import Engine
 from roboyard.sim.pool.kept_worlds import KeptWorld
+from roboyard.sim.stepping import manifolds, sequential_motors
 
 PLANE = """<robot name="floor"><link name="floor"><contact><lateral_friction value="0.9"/></contact>
 <collision><geometry><plane normal="0 0 1"/></geometry></collision></link></robot>"""
@@ -333,3 +335,39 @@ def test_the_first_changed_world_is_compiled_again(client: int, files: Path, tak
     assert [episode(count) for count in (2, 2, 2, 3, 2, 2, 2)] == [2, 2, 2, 3, 2, 2, 2]
     assert taken == [2, 2]
     assert np.isfinite(p.getBasePositionAndOrientation(0)[0]).all()
+
+
+def create_and_remove(files: Path) -> list[Any]:
+    p.connect(p.DIRECT)
+    p.setGravity(0, 0, -9.8)
+    bodies, found = build(files, 0), []
+    shapes = [p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05, 0.05, size]) for size in (0.05, 0.06)]
+    for k in range(16):
+        made = p.createMultiBody(0.1, shapes[k % 2], basePosition=[0.05, 0.02, 0.6])
+        if k % 3:
+            p.changeDynamics(bodies["box"], -1, collisionMargin=0.001 * (k % 4))
+        held = p.createConstraint(
+            *(bodies["box"], -1, made if k % 4 == 1 else -1, -1, p.JOINT_POINT2POINT),
+            *([0, 0, 0], [0, 0, 0], [0, 0, 0.2]),
+        )
+        p.stepSimulation()
+        found.append(trace({**bodies, "made": made}))
+        p.removeConstraint(held)
+        if k % 5 == 4:
+            p.stepSimulation()
+        p.removeBody(made)
+        found.append(p.getContactPoints())
+        p.stepSimulation()
+        found.append(trace(bodies))
+    p.disconnect()
+    return found
+
+
+def test_sets_of_bodies_that_come_again_move_alike(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Arrays that are kept for such sets, against arrays that are made each time."""
+    create_and_remove(files)
+    kept = create_and_remove(files)
+    monkeypatch.setattr(manifolds, "_SETS", 0)
+    monkeypatch.setattr(physics_scene, "_SHAPE_SETS", 0)
+    monkeypatch.setattr(sequential_motors, "_ORDERS", 0)
+    assert create_and_remove(files) == kept
