@@ -3,7 +3,8 @@
     python benchmarks/leaks.py [--steps 864000] [--cycles 200]
 
 R2D2 drives through `roboyard.pybullet`, with motor commands and state reads now and then; after that clients
-connect, load, step and disconnect. Prints the growth of resident memory from when all is warm to the end.
+connect, load, step and disconnect, and one resets its simulation, with and without changes that end reuse.
+Prints the growth of resident memory from when all is warm to the end.
 """
 
 from __future__ import annotations
@@ -80,14 +81,41 @@ def connecting(cycles: int) -> float:
     return resident_mb() - start
 
 
+def resetting(cycles: int) -> float:
+    """MB that resident memory grows by while a client resets its simulation and builds it again."""
+    client, start = p.connect(p.DIRECT), 0.0
+    p.setAdditionalSearchPath(data.getDataPath())
+    warm = max(12, int(cycles * 0.2))
+    for cycle in range(cycles + warm):
+        if cycle == warm:
+            gc.collect()
+            start = resident_mb()
+        p.resetSimulation()
+        p.loadURDF("plane.urdf")
+        robot = p.loadURDF("r2d2.urdf", [0, 0, 0.5 + 0.001 * cycle])
+        box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+        if cycle % 4 == 0:  # another world, which is compiled
+            p.createMultiBody(0.1, box, basePosition=[2, 0, 1])
+        if cycle % 5 == 0:
+            p.changeDynamics(robot, 1, mass=0.5)
+        p.stepSimulation()
+    gc.collect()
+    grown = resident_mb() - start
+    p.disconnect(client)
+    return grown
+
+
 def main() -> None:
-    """Run both and print the figures."""
+    """Run all and print the figures."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--steps", type=int, default=864_000)
     options.add_argument("--cycles", type=int, default=200)
     given = options.parse_args()
     begin = perf_counter()
     print(f"connect/load/disconnect, {given.cycles} cycles: {connecting(given.cycles):+.1f} MB "
+          f"in {perf_counter() - begin:.0f} s", flush=True)  # fmt: skip
+    begin = perf_counter()
+    print(f"reset/load/step, {5 * given.cycles} cycles: {resetting(5 * given.cycles):+.1f} MB "
           f"in {perf_counter() - begin:.0f} s", flush=True)  # fmt: skip
     begin = perf_counter()
     print(f"driving, {given.steps} steps: {driving(given.steps):+.1f} MB "

@@ -60,6 +60,8 @@ class Client:
         """Arrays of bodies for commands that are machine code, by kind and body."""
         self._history: Any = ()
         """Bodies that the script created step by step before the last reset; the body pool reuses them."""
+        self._former: Any = None
+        """The world before the last reset; one that is built alike takes over its compiled model."""
 
     scene: PhysicsScene
     """The bodies and their world, created on first use."""
@@ -81,6 +83,7 @@ class Client:
         self.scene = PhysicsScene(self.parameters, self._first_texture)
         self.scene.world.prepared = self.prepared
         self.scene.world.pool.restore_history(self._history)
+        self.scene.world.former, self._former = self._former, None
         return self.scene
 
     def _release_scene(self) -> None:
@@ -95,6 +98,7 @@ class Client:
         if "scene" in self.__dict__:
             self._first_texture = self.scene.textures.following
             self._history = self.scene.world.pool.history
+            self._former = self.scene.world.retire()
         self._release_scene()
         self.user_data = UserData()
         self.parameters.reset()
@@ -121,3 +125,4 @@ class Client:
         self.logs.stop_all()
         self.close_mounts()
         self._release_scene()
+        self._former = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from math import isfinite
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -13,11 +13,14 @@ from roboyard._arrays import ArrayLike
 from roboyard._mujoco import mujoco
 from roboyard.description.model import JointType, RobotDescription
 from roboyard.errors import RoboyardError, StaleHandleError, unknown_name
+from roboyard.sim.build.bodies import build
+from roboyard.sim.build.mesh_assets import MeshAssets
+from roboyard.sim.build.planned import PlannedBody
 from roboyard.sim.build.records import Built
 from roboyard.sim.engine import Engine
 from roboyard.sim.joint import POSITION_SIZE, VELOCITY_SIZE, Joint
 from roboyard.sim.link import Link
-from roboyard.transforms import Array, from_wxyz, normalized, rotate
+from roboyard.transforms import Array, from_wxyz, normalized, rotate, to_wxyz
 
 
 class Body:
@@ -28,7 +31,7 @@ class Body:
         world: Engine[Any],
         body_id: int,
         name: str,
-        built: Built,
+        form: Built | PlannedBody,
         description: RobotDescription | None,
         *,
         fixed_base: bool,
@@ -42,13 +45,14 @@ class Body:
         """None for a body of an MJCF file."""
         self.is_fixed = fixed_base
         self.scale = scale
-        self.notes: tuple[str, ...] = tuple(built.notes)
-        """Changes to the description that MuJoCo made necessary."""
-        self.built = built
-        self.links: tuple[Link, ...] = tuple(Link(self, i, record) for i, record in enumerate(built.links))
+        self.form = form
+        """Its elements in the spec, or the plan of what these will be."""
+        self.links: tuple[Link, ...] = tuple(
+            Link(self, i, record.name) for i, record in enumerate(form.links)
+        )
         self.joints: tuple[Joint, ...] = tuple(
             Joint(self, i, record, _joint_type(record), record.joint.limit if record.joint else None)
-            for i, record in enumerate(built.links[1:])
+            for i, record in enumerate(form.links[1:])
         )
         self.mujoco_ids = np.zeros(len(self.links), dtype=np.int32)
         """Row of each link in MuJoCo's body arrays; valid while the world is compiled."""
@@ -61,15 +65,30 @@ class Body:
         """First dof of the joints (after the base's own); -1 without joints."""
         self.joint_dofs = sum(VELOCITY_SIZE[joint.type] for joint in self.joints)
         """Number of degrees of freedom of all joints."""
-        self.dof_offsets: tuple[int, ...] = _dof_offsets(self.joints, built)
+        self.dof_offsets: tuple[int, ...] = _dof_offsets(self.joints, form)
         """Index of each joint's first degree of freedom among those of all joints."""
         self._scalar = np.array([joint.is_scalar for joint in self.joints], dtype=bool)
+        self._geom_rows: list[list[int]] | None = None
         self._positions: slice | np.ndarray = slice(0, 0)
         self._velocities: slice | np.ndarray = slice(0, 0)
 
     def __repr__(self) -> str:
         driven = int(self._scalar.sum())
         return f"<Body {self.id} {self.name!r}: {len(self.links)} links, {driven} driven joints>"
+
+    @property
+    def built(self) -> Built:
+        """Its elements in the spec, which it gets now where it is only planned."""
+        form = self.form
+        if type(form) is PlannedBody:
+            self.world.build_planned()
+            form = self.form
+        return cast("Built", form)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Changes to the description that MuJoCo made necessary."""
+        return tuple(self.built.notes)
 
     @property
     def world(self) -> Engine[Any]:
@@ -209,7 +228,12 @@ class Body:
     @property
     def placed(self) -> tuple[Array, Array] | None:
         """`pose` (3,), (4,) of a body that the compiled model does not have yet; None for others."""
-        if self.mujoco_ids[0] > 0 or self.built.is_ground:
+        if self.mujoco_ids[0] > 0:
+            return None
+        form = self.form
+        if type(form) is PlannedBody:
+            return form.position.copy(), from_wxyz(normalized(to_wxyz(form.quaternion)))
+        if self.built.is_ground:
             return None
         element = self.built.links[0].element
         return np.array(element.pos), from_wxyz(normalized(element.quat))
@@ -232,7 +256,6 @@ class Body:
             RoboyardError: the position is not finite, or the body is the fixed part of an MJCF file.
         """
         world = self.world
-        element = self.built.links[0].element
         xyz = None if position is None else np.asarray(position, dtype=float)
         wxyz = None
         if orientation is not None:
@@ -240,6 +263,12 @@ class Body:
             wxyz = np.array([w, x, y, z])
         if xyz is not None and not all(map(isfinite, xyz.tolist())):
             raise RoboyardError(f"body {self.name!r}: position {xyz} is not finite")
+        form = self.form
+        if type(form) is PlannedBody and (xyz is None or xyz.shape == (3,)):
+            form.position = form.position if xyz is None else xyz.copy()
+            form.quaternion = form.quaternion if orientation is None else normalized(orientation)
+            world.takes_numbers()
+            return
         if self.built.is_ground:
             raise RoboyardError(f"body {self.name!r} is the fixed part of an MJCF file and cannot be moved")
         floating_and_live = self.free_qpos >= 0 and self.mujoco_ids[0] > 0
@@ -254,6 +283,7 @@ class Body:
                 world.live_data.qvel[self.free_dof : self.free_dof + 6] = 0.0
             world.mark_moved()
             return
+        element = self.built.links[0].element
         if xyz is not None:
             element.pos = xyz
         if wxyz is not None:
@@ -345,8 +375,28 @@ class Body:
 
     # --------------------------------------------------------------------------------------------- life cycle
 
+    def build(self, spec: Any, assets: MeshAssets) -> None:
+        """Add the elements of this body, which was only planned, to the spec; the world calls this."""
+        plan = self.form
+        assert isinstance(plan, PlannedBody)
+        self.form = build(
+            spec, assets, plan.description, plan.prefix, plan.position, plan.quaternion, plan.options
+        )
+        for link, sliding, spinning, rolling in plan.frictions:
+            self.links[link].set_friction(sliding=sliding, spinning=spinning, rolling=rolling)
+        for joint, armature in plan.armatures.items():
+            self.joints[joint].armature = armature
+
+    @property
+    def geom_rows(self) -> list[list[int]]:
+        """Rows of the collision geoms of each link in MuJoCo's arrays, while the world is compiled."""
+        if self._geom_rows is None:
+            self._geom_rows = [[geom.id for geom in record.geoms] for record in self.built.links]
+        return self._geom_rows
+
     def refresh(self, model: Any) -> None:
         """Look up this body's rows in the arrays of a compiled model; the world calls this."""
+        self._geom_rows = None
         for i, record in enumerate(self.built.links):
             self.mujoco_ids[i] = record.element.id
             if i and record.joint_elements:
@@ -362,10 +412,10 @@ class Body:
         self._velocities = _as_slice(self.dof_addresses[self._scalar])
 
 
-def _dof_offsets(joints: Sequence[Joint], built: Built) -> tuple[int, ...]:
+def _dof_offsets(joints: Sequence[Joint], form: Built | PlannedBody) -> tuple[int, ...]:
     """Return the number of degrees of freedom before each joint in MuJoCo's order."""
     offsets, sum_so_far = [0] * len(joints), 0
-    for k in sorted(range(len(joints)), key=lambda k: built.links[k + 1].place):
+    for k in sorted(range(len(joints)), key=lambda k: form.links[k + 1].place):
         offsets[k] = sum_so_far
         sum_so_far += VELOCITY_SIZE[joints[k].type]
     return tuple(offsets)

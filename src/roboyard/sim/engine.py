@@ -12,6 +12,7 @@ from roboyard.errors import ModelError, RoboyardError
 from roboyard.sim.build.geoms import add_triangles_for_rays
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets, forget_meshes
+from roboyard.sim.build.planned import PlannedBody
 from roboyard.sim.build.solver_options import (
     HARD_SOLIMP,
     PILE_SOLIMP,
@@ -25,6 +26,7 @@ from roboyard.sim.build.triangle_windows import HALF_THICKNESS
 from roboyard.sim.discarded_worlds import WORLDS
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
+from roboyard.sim.pool.kept_worlds import CompileKey, FormerWorld, KeptWorld, keep
 from roboyard.sim.protocols import EngineBody, JointDrives, LinkSurfaces, LinkWrenches
 from roboyard.transforms import Array
 
@@ -49,14 +51,27 @@ class Engine(Generic[BodyT]):
     ) -> None:
         if not 0 < timestep < np.inf:
             raise RoboyardError(f"timestep must be positive and finite, got {timestep}")
-        self.raw_spec = new_spec()
-        """The spec, inactive bodies included; call `mark_stale` after an edit."""
-        self.assets = MeshAssets(self.raw_spec, profile.hull_steps)
+        self._made_spec: tuple[Any, MeshAssets] | None = None
+        """The spec and its meshes, once there is anything in it."""
+        self._planned: list[BodyT] = []
+        """Bodies that are not in the spec yet, in the order they were added."""
+        self.is_kept = False
+        """Whether the world that replaces this one may take over its compiled model."""
+        self.former: FormerWorld | None = None
+        """The world that this one replaces, until the first compile, which may take it over."""
+        self._key: CompileKey | None = None
+        """The input of the first compile, while its model is in use."""
+        self._kept: KeptWorld | None = None
+        """The compiled world, for the next one, while its spec has not changed."""
+        self._is_edited = False
+        """Whether the spec has changed since the first compile, or has more than planned bodies before it."""
         self.pool = BodyPool(self)
         self.body_by_id: dict[int, BodyT] = {}
         self.profile = profile
         self.prepared: dict[str, dict[int, Any]] = {}
         """Data of other layers about rows of MuJoCo's arrays, by kind; dropped when these change."""
+        self.of_arrays: dict[str, Any] = {}
+        """Objects that parts of this world made of MuJoCo's arrays, as long as these are the same."""
         self.revision = 0
         """Grows whenever rows of MuJoCo's arrays change."""
         self.hard_contacts = profile.hard_contacts
@@ -168,6 +183,15 @@ class Engine(Generic[BodyT]):
     def _complete_spec(self) -> None:
         """Add what is not in the spec yet."""
 
+    def _extra_key(self) -> Any:
+        """Return what a compile depends on besides bodies and options; None where this cannot be compared."""
+
+    def _extra_elements(self) -> Any:
+        """Return the elements that the spec has for it."""
+
+    def _take_extra_elements(self, elements: Any) -> None:
+        """Take over what `_extra_elements` returned of a world with an equal key."""
+
     def _delete_inactive_rows(self) -> None:
         """Delete inactive constraints and exclusions from the spec."""
 
@@ -180,17 +204,66 @@ class Engine(Generic[BodyT]):
     # ------------------------------------------------------------------------------------------- the engine
 
     @property
+    def _spec(self) -> Any:
+        return self._spec_and_assets()[0]
+
+    @property
+    def assets(self) -> MeshAssets:
+        """The meshes of the spec."""
+        return self._spec_and_assets()[1]
+
+    def _spec_and_assets(self) -> tuple[Any, MeshAssets]:
+        if self._made_spec is None:
+            spec = new_spec()
+            self._made_spec = spec, MeshAssets(spec, self.profile.hull_steps)
+        return self._made_spec
+
+    @property
+    def raw_spec(self) -> Any:
+        """The spec, inactive bodies included; call `mark_stale` after an edit."""
+        self.build_planned()
+        self.note_edit()
+        return self._spec
+
+    @property
     def spec(self) -> Any:
         """The `mujoco.MjSpec` with the world's bodies only; after an edit call `mark_stale`."""
         self.pool.clear()
         self.show_triangles()
         self.write_late()
         self._complete_spec()
+        self._apply_options(self._spec.option)  # a spec that was taken over has those of its compile
         return self.raw_spec
+
+    def note_edit(self) -> None:
+        """Note that elements of the spec change, or may: the next world cannot take it over."""
+        self._is_edited = True
+
+    def build_planned(self) -> None:
+        """Add the elements of all planned bodies to the spec."""
+        planned, self._planned = self._planned, []
+        if not planned:
+            return
+        self.note_edit()
+        spec, assets = self._spec_and_assets()
+        for body in planned:
+            body.build(spec, assets)
+
+    def add_planned(self, body: BodyT) -> None:
+        """Note a body that gets elements with the next compile; the caller marks the world stale."""
+        self._planned.append(body)
+
+    def drop_planned(self, body: BodyT) -> bool:
+        """Forget a body that is removed, if it is only planned; return whether it is."""
+        if body not in self._planned:
+            return False
+        self._planned.remove(body)
+        return True
 
     @property
     def model(self) -> Any:
         """The compiled `mujoco.MjModel`; a new object after each structural edit."""
+        self.note_edit()
         self.pool.clear()
         self._delete_inactive_rows()
         self.show_triangles()
@@ -199,6 +272,7 @@ class Engine(Generic[BodyT]):
     @property
     def data(self) -> Any:
         """The `mujoco.MjData` of `model`; after writing into it call `mark_moved`."""
+        self.note_edit()
         self.pool.clear()
         self._delete_inactive_rows()
         self.show_triangles()
@@ -207,6 +281,7 @@ class Engine(Generic[BodyT]):
     @property
     def model_of_bodies(self) -> Any:
         """`model`, but with the rows of inactive constraints."""
+        self.note_edit()
         self.pool.clear()
         self.show_triangles()
         return self.live_model
@@ -326,10 +401,17 @@ class Engine(Generic[BodyT]):
         if not self.is_stale:
             return
         self.write_late()
-        self._dofs = sum(body.built.dofs for body in self.body_by_id.values())
-        self._free_dofs = sum(body.built.free_dofs for body in self.body_by_id.values())
-        self._has_joints = any(_has_joints(body) for body in self.body_by_id.values())
-        spec = self.raw_spec
+        forms = [body.form for body in self.body_by_id.values()]
+        self._dofs = sum(form.dofs for form in forms)
+        self._free_dofs = sum(form.free_dofs for form in forms)
+        self._has_joints = any(form.has_joints for form in forms)
+        key = self._compile_key() if self.is_kept and self._model is None else None
+        former, self.former = self.former, None
+        if key is not None and former is not None and former.kept is not None and key.is_like(former.key):
+            self._take_over(former.kept, key)
+            return
+        self.build_planned()
+        spec = self._spec
         self._apply_options(spec.option)
         shapes = sum(len(r.geoms) for body in self.body_by_id.values() for r in body.built.links)
         self._before_compile()
@@ -349,16 +431,61 @@ class Engine(Generic[BodyT]):
         except (ValueError, mujoco.FatalError) as error:
             raise ModelError(f"MuJoCo rejects the world: {' '.join(str(error).split())[:500]}") from error
         self.is_stale = self._inertia_changed = False
-        self._reference = None
+        self._reference, self.of_arrays = None, {}
         bound_inverse_weights(self._model)
         self._next_revision()
         self._set_contact_law(self.body_by_id.values())
         self.pool.locate()
         for body in self.body_by_id.values():
             body.refresh(self._model)
+        self._key, self._kept, self._is_edited = key, None, False
+        if key is not None and former is not None and key.is_like(former.key):  # for the second time
+            built = [body.built for body in self.body_by_id.values()]
+            extras = self._extra_elements()
+            self._kept = keep(key, spec, self.assets, built, extras, self._model, self._data, self.of_arrays)
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()
+
+    def _compile_key(self) -> CompileKey | None:
+        """Return what the first compile is made from; None where the spec has more than planned bodies."""
+        plans = tuple(body.form for body in self._planned if isinstance(body.form, PlannedBody))
+        if len(plans) != len(self.body_by_id) or self._is_edited or self.pool.expects_bodies:
+            return None
+        extra = self._extra_key()
+        if extra is None or not plans:
+            return None
+        settings = self._solver, self.profile, self._memory_least, extra
+        return CompileKey(bodies=plans, settings=settings)
+
+    def _take_over(self, kept: KeptWorld, key: CompileKey) -> None:
+        """Go on with the spec, model and data of the world before, as a compile would leave them."""
+        self._planned = []
+        self._made_spec, self._model, self._data = (kept.spec, kept.assets), kept.model, kept.data
+        self.of_arrays = kept.of_arrays
+        kept.renew(key.bodies)
+        for body, built in zip(self.body_by_id.values(), kept.built, strict=True):
+            body.form = built
+        self._take_extra_elements(kept.extras)
+        self._apply_options(self._model.opt)
+        self.pool.prepare(self._spec)
+        self.is_stale = self._inertia_changed = False
+        self._next_revision()
+        self.hard_contacts = self.profile.hard_contacts and not self._is_pile
+        self.pool.locate()
+        for body in self.body_by_id.values():
+            body.refresh(self._model)
+        self._key, self._kept, self._is_edited = kept.key, kept, False
+        self._after_compile()
+        self.mark_moved()
+
+    def retire(self) -> FormerWorld | None:
+        """Return what the world that replaces this one may take over, before this one is released."""
+        if self._model is None:
+            return self.former
+        if self.is_stale or self._is_edited or self._key is None or self.pool.is_used:
+            return None
+        return FormerWorld(key=self._key, kept=self._kept)
 
     def release(self) -> None:
         """Free the world at once; neither it nor its bodies can be used any more.
@@ -389,7 +516,8 @@ class Engine(Generic[BodyT]):
         present = int(self._model.narena)
         message = "no memory for contacts" if error is None else " ".join(str(error).split())[:300]
         # what the error left on MuJoCo's stack goes with the old data, which cannot be copied
-        self._data = mujoco.MjData(self._model)
+        self._data, self.of_arrays = mujoco.MjData(self._model), {}
+        self.note_edit()
         mujoco.mj_setState(self._model, self._data, values, _STATE)
         grows = "memory" in message and present < MEMORY_MOST
         if grows:
@@ -415,7 +543,7 @@ class Engine(Generic[BodyT]):
         was_pile, had_joints = self._is_pile, self._has_joints
         self._dofs += body.built.dofs
         self._free_dofs += body.built.free_dofs
-        self._has_joints |= _has_joints(body)
+        self._has_joints |= body.built.has_joints
         is_other = self._is_pile != was_pile
         if is_other or self._has_joints != had_joints:
             self._apply_options(self._model.opt)
@@ -607,7 +735,7 @@ class Engine(Generic[BodyT]):
     @property
     def solver(self) -> str:
         """The solver of contacts now: "newton" or "cg"."""
-        free_dofs = sum(b.built.free_dofs for b in self.body_by_id.values())
+        free_dofs = sum(b.form.free_dofs for b in self.body_by_id.values())
         return chosen_solver(self._solver, free_dofs, self.profile)
 
     @solver.setter
@@ -626,11 +754,6 @@ def _vector3(value: Sequence[float]) -> tuple[float, float, float]:
     if len(numbers) != 3 or not np.isfinite(numbers).all():
         raise RoboyardError(f"gravity must be three finite numbers, got {tuple(value)}")
     return numbers[0], numbers[1], numbers[2]
-
-
-def _has_joints(body: EngineBody) -> bool:
-    """Return whether links of a body move relative to each other."""
-    return any(record.joint_elements for record in body.built.links)
 
 
 def _array_bytes(world: Any) -> int:

@@ -11,6 +11,7 @@ from roboyard._arrays import ArrayLike
 from roboyard.description.model import JointType, Limit
 from roboyard.errors import RoboyardError
 from roboyard.kinematics.joint_models import POSITION_SIZE, VELOCITY_SIZE
+from roboyard.sim.build.planned import PlannedBody, PlannedLink
 from roboyard.sim.build.records import BuiltLink
 from roboyard.sim.link import Link, LinkBody
 from roboyard.transforms import Array, from_wxyz, to_wxyz
@@ -19,25 +20,34 @@ from roboyard.transforms import Array, from_wxyz, to_wxyz
 class Joint:
     """One joint: `position`, `velocity`, `limits`, and its drive."""
 
-    __slots__ = ("_built", "body", "index", "is_scalar", "limit", "name", "type")
+    __slots__ = ("body", "index", "is_scalar", "limit", "name", "type")
 
     def __init__(
-        self, body: LinkBody, index: int, built: BuiltLink, kind: JointType, limit: Limit | None
+        self,
+        body: LinkBody,
+        index: int,
+        form: BuiltLink | PlannedLink,
+        kind: JointType,
+        limit: Limit | None,
     ) -> None:
         self.body = body
         self.index = index
         """Index in `body.joints`: depth first; the child link's index is one more."""
-        assert built.joint is not None or built.joint_elements or kind == "fixed"
-        self.name = built.joint.name if built.joint is not None else built.joint_name or built.name
+        assert form.joint is not None or form.joint_elements or kind == "fixed"
+        self.name = form.joint.name if form.joint is not None else form.joint_name or form.name
         self.type = kind
         self.is_scalar = kind in ("revolute", "continuous", "prismatic")
         """Whether the joint has one degree of freedom."""
         self.limit = limit
         """Limits of the description."""
-        self._built = built
 
     def __repr__(self) -> str:
         return f"<Joint {self.name!r} ({self.type}) of {self.body.name!r}>"
+
+    @property
+    def _built(self) -> BuiltLink:
+        """The elements of the child link and of this joint in the spec."""
+        return self.body.built.links[self.index + 1]
 
     @property
     def child(self) -> Link:
@@ -47,18 +57,18 @@ class Joint:
     @property
     def parent(self) -> Link:
         """The parent link."""
-        return self.body.links[self._built.parent]
+        return self.body.links[self.body.form.links[self.index + 1].parent]
 
     @property
     def axis(self) -> Array:
         """Unit axis (3,) in the child link's frame."""
-        joint = self._built.joint
+        joint = self.body.form.links[self.index + 1].joint
         return np.array(joint.axis if joint is not None else self._built.joint_elements[0].axis, dtype=float)
 
     @property
     def limits(self) -> tuple[float, float] | None:
         """Lower and upper position limit (rad or m); None for a joint without limits."""
-        joint = self._built.joint
+        joint = self.body.form.links[self.index + 1].joint
         if joint is not None:
             found = joint.position_limits()
             scale = self.body.scale if self.type == "prismatic" else 1.0
@@ -91,6 +101,7 @@ class Joint:
             raise RoboyardError(f"joint {self.name!r} ({self.type}) has no position limits to set")
         limited = lower <= upper
         element, world = self._built.joint_elements[0], self.body.world
+        world.note_edit()
         flags = mujoco.mjtLimited
         element.limited = flags.mjLIMITED_TRUE if limited else flags.mjLIMITED_FALSE
         if limited:
@@ -110,9 +121,10 @@ class Joint:
     def damping(self, value: float) -> None:
         if not 0 <= value < np.inf:
             raise RoboyardError(f"joint {self.name!r}: damping must be at least 0 and finite, got {value}")
+        world = self.body.world
+        world.note_edit()
         for element in self._built.joint_elements:
             element.damping = [value, 0.0, 0.0]
-        world = self.body.world
         if self._built.joint_elements and world.takes_numbers():
             world.live_model.dof_damping[self.dof_slice] = value
 
@@ -122,6 +134,9 @@ class Joint:
 
         A drive without given gains may add to it; see `roboyard.sim.actuation.gains`.
         """
+        form = self.body.form
+        if type(form) is PlannedBody:
+            return form.armatures.get(self.index, 0.0)
         elements = self._built.joint_elements
         return float(elements[0].armature) - self._built.motor_inertia if elements else 0.0
 
@@ -129,10 +144,16 @@ class Joint:
     def armature(self, value: float) -> None:
         if not 0 <= value < np.inf:
             raise RoboyardError(f"joint {self.name!r}: armature must be at least 0 and finite, got {value}")
+        world, form = self.body.world, self.body.form
+        if type(form) is PlannedBody:
+            if VELOCITY_SIZE[self.type]:
+                form.armatures[self.index] = value
+            world.takes_numbers()
+            return
+        world.note_edit()
         total = value + self._built.motor_inertia
         for element in self._built.joint_elements:
             element.armature = total
-        world = self.body.world
         if self._built.joint_elements and world.takes_numbers():
             model, dofs = world.live_model, self.dof_slice
             model.dof_M0[dofs] += total - model.dof_armature[dofs]

@@ -13,7 +13,8 @@ from roboyard._arrays import ArrayLike
 from roboyard.description.mass_properties import TRACE_NOTE, MassProperties, mass_properties
 from roboyard.description.model import Inertial
 from roboyard.sim.build.masses import write_mass
-from roboyard.sim.build.records import BuiltLink
+from roboyard.sim.build.planned import PlannedBody
+from roboyard.sim.build.records import Built, BuiltLink
 from roboyard.sim.engine import Engine
 from roboyard.transforms import Array, from_wxyz
 
@@ -30,6 +31,12 @@ class LinkBody(Protocol):
     dof_offsets: tuple[int, ...]
     joint_dofs: int
     first_dof: int
+    form: Built | PlannedBody
+
+    @property
+    def built(self) -> Built:
+        """The elements of the body in the spec."""
+        ...
 
     @property
     def world(self) -> Engine[Any]:
@@ -45,22 +52,27 @@ class LinkBody(Protocol):
 class Link:
     """One link: `pose`, `velocity`, mass and contact properties, external forces."""
 
-    __slots__ = ("_built", "body", "index", "name")
+    __slots__ = ("body", "index", "name")
 
-    def __init__(self, body: LinkBody, index: int, built: BuiltLink) -> None:
+    def __init__(self, body: LinkBody, index: int, name: str) -> None:
         self.body = body
         self.index = index
         """Index in `body.links`: 0 for the root, then depth first."""
-        self.name = built.name
-        self._built = built
+        self.name = name
 
     def __repr__(self) -> str:
         return f"<Link {self.name!r} of {self.body.name!r}>"
 
     @property
+    def _built(self) -> BuiltLink:
+        """Its elements in the spec."""
+        return self.body.built.links[self.index]
+
+    @property
     def parent(self) -> Link | None:
         """The parent link; None for the root."""
-        return None if self._built.parent < 0 else self.body.links[self._built.parent]
+        parent = self.body.form.links[self.index].parent
+        return None if parent < 0 else self.body.links[parent]
 
     @property
     def mujoco_id(self) -> int:
@@ -114,6 +126,7 @@ class Link:
             raise ValueError(f"link {self.name!r}: mass properties must be finite, got {inertial}")
         world = self.body.world
         world.write_late()
+        world.note_edit()
         old = self._built.mass
         self._built.mass = new = mass_properties(inertial)
         write_mass(self._built.element, new)
@@ -130,11 +143,13 @@ class Link:
         """Write a (4,) mass (kg) and principal moments (kg m²), about the same axes, into the spec."""
         built = self._built
         assert built.mass is not None
+        self.body.world.note_edit()
         built.mass = replace(built.mass, mass=float(numbers[0]), principal=numbers[1:].copy())
         write_mass(built.element, built.mass)
 
     def keep_friction(self, sliding: float) -> None:
         """Write the coefficient of sliding friction into the spec."""
+        self.body.world.note_edit()
         for geom in self._built.geoms:
             geom.friction[0] = sliding
 
@@ -172,16 +187,22 @@ class Link:
         world = self.body.world
         world.write_late()
         model = world.live_model if world.takes_numbers() else None
+        form = self.body.form
+        if type(form) is PlannedBody:
+            form.frictions.append((self.index, sliding, spinning, rolling))
+            return
         for geom in self._built.geoms:
             row = geom.id
             old = (geom.friction if model is None else model.geom_friction[row]).tolist()
             values = [was if value is None else value for was, (_, value) in zip(old, given, strict=True)]
             if values != old:
+                world.note_edit()
                 geom.friction = values
                 if model is not None:
                     model.geom_friction[row] = values
             narrow = int(geom.condim if model is None else model.geom_condim[row])
             if narrow < condim:
+                world.note_edit()
                 geom.condim = condim
                 if model is not None:
                     model.geom_condim[row] = condim
@@ -198,6 +219,7 @@ class Link:
             raise ValueError(f"link {self.name!r}: friction must be at least 0 and finite, got {friction}")
         world = self.body.world
         world.write_late()
+        world.note_edit()
         for geom in self._built.geoms:
             geom.condim, geom.priority = 3 if friction > 0 else 1, 1
             geom.friction = np.array([friction, *geom.friction[1:]])

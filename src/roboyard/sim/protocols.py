@@ -9,6 +9,7 @@ import numpy as np
 
 from roboyard.description.model import RobotDescription
 from roboyard.sim.build.mesh_assets import MeshAssets
+from roboyard.sim.build.planned import PlannedBody
 from roboyard.sim.build.records import Built
 
 
@@ -16,9 +17,18 @@ class EngineBody(Protocol):
     """The members of a `Body` that the engine and the body pool use."""
 
     id: int
-    built: Built
+    form: Built | PlannedBody
     description: RobotDescription | None
     mujoco_ids: np.ndarray
+
+    @property
+    def built(self) -> Built:
+        """Its elements in the spec, which it gets now where it is only planned."""
+        ...
+
+    def build(self, spec: Any, assets: MeshAssets) -> None:
+        """Add the elements of a planned body to the spec."""
+        ...
 
     def refresh(self, model: Any) -> None:
         """Look up the body's rows in the arrays of a compiled model."""
@@ -28,8 +38,15 @@ class EngineBody(Protocol):
 class PoolEngine(Protocol):
     """The members of an `Engine` that its body pool uses."""
 
-    raw_spec: Any
-    assets: MeshAssets
+    @property
+    def raw_spec(self) -> Any:
+        """The spec, inactive bodies included."""
+        ...
+
+    @property
+    def assets(self) -> MeshAssets:
+        """The meshes of the spec."""
+        ...
 
     @property
     def body_by_id(self) -> Mapping[int, EngineBody]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.appearance.render_shapes import RenderShapes
 from roboyard.sim.body import Body
 from roboyard.sim.build.bodies import build
+from roboyard.sim.build.planned import PlannedBody, note_sound, plan
 from roboyard.sim.build.records import BuildOptions, Built
 from roboyard.sim.build.solver_options import Solver
 from roboyard.sim.engine import Engine
@@ -137,6 +139,15 @@ class Simulation(Engine[Body]):
         self.constraints.complete_spec()
         self.filters.complete_spec()
 
+    def _extra_key(self) -> Any:
+        return None if self.constraints.any_now() or self.soft.by_id else self.filters.key()
+
+    def _extra_elements(self) -> Any:
+        return self.filters.elements()
+
+    def _take_extra_elements(self, elements: Any) -> None:
+        self.filters.take(elements)
+
     def _delete_inactive_rows(self) -> None:
         self.constraints.delete_inactive()
         self.filters.complete_spec()
@@ -222,18 +233,21 @@ class Simulation(Engine[Body]):
         )
         prefix, xyz, quaternion = f"{unique}/", place, normalized(orientation)
         taken = self.pool.acquire(description, prefix, xyz, quaternion, options)
-        built = taken
-        if built is None:
-            built = build(self.raw_spec, self.assets, description, prefix, xyz, quaternion, options)
-        body = self.register(unique, built, description, fixed_base=fixed_base, scale=scale)
+        form = taken or plan(description, prefix, xyz, quaternion, options)
+        if form is None:
+            form = build(self.raw_spec, self.assets, description, prefix, xyz, quaternion, options)
+            note_sound(description, options)
+        body = self.register(unique, form, description, fixed_base=fixed_base, scale=scale)
         if taken is None:
+            if isinstance(form, PlannedBody):
+                self.add_planned(body)
             self.mark_stale()
             self.pool.note_added(body, options)
         else:
             self.pool.activate(body)
             self.adopt(body)
-        for link in body.links:
-            contact = link._built.link.contact if link._built.link is not None else None
+        for link, record in zip(body.links, form.links, strict=True):
+            contact = record.link.contact if record.link is not None else None
             if contact is not None and contact.restitution:
                 link.restitution = float(np.clip(contact.restitution, 0.0, 1.0))
         return body
@@ -241,22 +255,22 @@ class Simulation(Engine[Body]):
     def register(
         self,
         name: str,
-        built: Built,
+        form: Built | PlannedBody,
         description: RobotDescription | None,
         *,
         fixed_base: bool,
         scale: float = 1.0,
     ) -> Body:
-        """Make a body of freshly built elements; the caller marks the world stale.
+        """Make a body of freshly built elements, or of a plan; the caller marks the world stale.
 
         Args:
             name: unique in this world.
-            built: the elements in the spec.
+            form: the elements in the spec, or the plan of them.
             description: None for a body of an MJCF file.
             fixed_base: whether the root is fixed to the world.
             scale: of the description's lengths.
         """
-        body = Body(self, self._next_id, name, built, description, fixed_base=fixed_base, scale=scale)
+        body = Body(self, self._next_id, name, form, description, fixed_base=fixed_base, scale=scale)
         self._next_id += 1
         self.body_by_id[body.id] = body
         self._names.add(name)
@@ -287,7 +301,6 @@ class Simulation(Engine[Body]):
         """
         if body.is_removed or self.body_by_id.get(body.id) is not body:
             raise StaleHandleError(f"body {body.name!r} is not in this world")
-        built = body.built
         if self.late_masses or self.late_frictions:
             self.write_late()  # while its rows are there
         self.soft.forget(body.id)
@@ -301,10 +314,13 @@ class Simulation(Engine[Body]):
         del self.body_by_id[body.id]
         self._names.discard(body.name)
         self._copies.clear()
-        if self.pool.release(body):
+        if self.drop_planned(body):
+            self.pool.forget(body)
+            self.mark_stale()
+        elif self.pool.release(body):
             self.disown(body)
         else:
-            self.pool.discard(built)
+            self.pool.discard(body.built)
             self.mark_stale()
         body.detach()
 

@@ -130,6 +130,7 @@ def _restore_friction(world: Engine[Body], saved: Array) -> None:
     changed = (model.geom_friction != saved).any(axis=1)
     if not changed.any():
         return
+    world.note_edit()
     for body in world.body_by_id.values():
         for record in body.built.links:
             for geom in record.geoms:

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache, partial
+from os import stat
 from pathlib import Path
 from posixpath import dirname, expanduser
 from typing import TYPE_CHECKING
 
 from roboyard._lazy import lazy_module
+from roboyard._records import replace
 from roboyard.description.urdf.xml_repair import TEXT_NOTE
 from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.pybullet.api.user_data import attach_from_file
 from roboyard.pybullet.bullet_rules.materials import shared_materials
-from roboyard.pybullet.bullet_rules.models import bullet_model
+from roboyard.pybullet.bullet_rules.models import BodyModel, bullet_model
 from roboyard.pybullet.bullet_rules.unreadable_meshes import without_unreadable_meshes
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
-from roboyard.pybullet.state.file_search import find_file, is_file, not_found_remedy
+from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY, of_model
+from roboyard.pybullet.state.file_search import find_file, is_as_named, is_file, not_found_remedy
 from roboyard.pybullet.state.soft_records import add_soft_body
+from roboyard.sim.build.planned import collision_meshes
 from roboyard.transforms import conjugate, multiply, quaternion_from_matrix, rotate
 from roboyard.untrusted.files import is_inside
 
@@ -29,6 +32,7 @@ if TYPE_CHECKING:
     from roboyard.description.model import RobotDescription
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.shapes.mesh import TriangleMesh
 
 Vector = Sequence[float]
 _NO_URDF, _NO_SDF, _NO_MJCF = "Cannot load URDF file.", "Cannot load SDF file.", "Couldn't load .mjcf file."
@@ -41,6 +45,8 @@ _NAMED_FOLDERS = 64
 """Folders of files that a client remembers."""
 _cache: dict[tuple[Path, int, int], RobotDescription] = {}
 """Parsed files by path, modification time and size."""
+_models: dict[tuple[int, int, float, bool], tuple[RobotDescription, tuple[TriangleMesh, ...], BodyModel]] = {}
+"""Bullet's models by id of a description and arguments; with the description and its meshes."""
 
 
 _folder = lru_cache(maxsize=16)(Path)
@@ -90,11 +96,11 @@ def _load_urdf_command(
             soft = _soft_reader().read_deformable(path, find, scale if scale > 0 else 1.0)
             made = add_soft_body(client.scene, soft, position, orientation, link_name="", file=str(path))
             return made.number
-        model = bullet_model(
+        model = _model_of(
             description or read_description(client, path),
-            flags=given_flags,
-            scale=scale if scale > 0 else 1.0,
-            fixed_base=bool(whole(useFixedBase)),
+            given_flags,
+            scale if scale > 0 else 1.0,
+            bool(whole(useFixedBase)),
         )
         record = client.scene.add(
             model,
@@ -107,11 +113,23 @@ def _load_urdf_command(
         )
     except RoboyardError as problem:
         raise failure(_NO_URDF, *str(problem).splitlines()) from problem
-    if Path(fileName).absolute() == path:
+    if is_as_named(path, text(fileName)):
         record.folder = dirname(fileName)
     attach_from_file(client, record)
     _apply_file_filters(client, record)
     return record.number
+
+
+def _model_of(description: RobotDescription, flags: int, scale: float, fixed_base: bool) -> BodyModel:
+    """Return `bullet_model` of a description; cached, so that bodies of one file share their description."""
+    key = id(description), flags, scale, fixed_base
+    known, meshes = _models.get(key), collision_meshes(description)
+    if known is None or list(map(id, known[1])) != list(map(id, meshes)):
+        model = bullet_model(description, flags=flags, scale=scale, fixed_base=fixed_base)
+        known = _models[key] = description, meshes, model
+        while len(_models) > _CACHE_SIZE:
+            del _models[next(iter(_models))]
+    return replace(known[2])  # a base that is freed is noted there
 
 
 def _mentions_deformable(file: Path) -> bool:
@@ -131,7 +149,15 @@ def _beside(client: Client, folder: Path, name: str) -> Path | None:
 def _apply_file_filters(client: Client, record: BodyRecord) -> None:
     """Apply the collision groups and masks of the file; the last collision of a link counts."""
     filters = client.scene.filters
-    for link, part in enumerate(record.model.links, start=-1):
+    for link, given in of_model(record.model, "filters", _file_filters):
+        group = given.get("group", filters.group_of(record.number, link))
+        filters.set_group((record.number, link), group, given.get("mask", -1))
+
+
+def _file_filters(model: BodyModel) -> list[tuple[int, dict[str, int]]]:
+    """Return the links with a collision group or mask in the file."""
+    found = []
+    for link, part in enumerate(model.links, start=-1):
         given = {
             key: int(value)
             for shape in part.collisions
@@ -139,12 +165,12 @@ def _apply_file_filters(client: Client, record: BodyRecord) -> None:
             if key in ("group", "mask") and value.strip().lstrip("-").isdigit()
         }
         if given:
-            group = given.get("group", filters.group_of(record.number, link))
-            filters.set_group((record.number, link), group, given.get("mask", -1))
+            found.append((link, given))
+    return found
 
 
 def _key_of(file: Path) -> tuple[Path, int, int]:
-    stamp = file.stat()
+    stamp = stat(file)  # noqa: PTH116 - faster than the path's own
     return file, stamp.st_mtime_ns, stamp.st_size
 
 

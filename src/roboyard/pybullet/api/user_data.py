@@ -9,32 +9,42 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.fast.fast_commands import replace_user_data
+from roboyard.pybullet.state.body_records import of_model
 from roboyard.pybullet.state.user_data import UserDataKey
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from xml.etree.ElementTree import Element
 
+    from roboyard.pybullet.bullet_rules.models import BodyModel
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
 
 
 def attach_from_file(client: Client, record: BodyRecord) -> None:
     """Add the `<bullet><user-data key="...">` entries of a URDF file: of the robot, links and visuals."""
-    description = record.model.description
-    _attach(client, record.number, -1, -1, description.extra)
-    for index, link in enumerate(record.model.links, start=-1):
-        _attach(client, record.number, index, -1, description.link_by_name[link.name].extra)
+    for link, shape, key, content in of_model(record.model, "user_data", _entries):
+        client.user_data.put(UserDataKey(record.number, link, shape, key), content)
+
+
+def _entries(model: BodyModel) -> list[tuple[int, int, str, str]]:
+    """Return link, visual shape (-1 for none), key and text of each entry."""
+    description = model.description
+    found = _entries_of(-1, -1, description.extra)
+    for index, link in enumerate(model.links, start=-1):
+        found += _entries_of(index, -1, description.link_by_name[link.name].extra)
         for shape, visual in enumerate(link.visuals):
-            _attach(client, record.number, index, shape, visual.extra)
+            found += _entries_of(index, shape, visual.extra)
+    return found
 
 
-def _attach(client: Client, body: int, link: int, shape: int, extra: tuple[Element, ...]) -> None:
-    for element in extra:
-        for entry in element.findall("user-data") if element.tag == "bullet" else ():
-            key = entry.get("key")
-            if key is not None:
-                client.user_data.put(UserDataKey(body, link, shape, key), entry.text or "")
+def _entries_of(link: int, shape: int, extra: tuple[Element, ...]) -> list[tuple[int, int, str, str]]:
+    entries = (
+        entry for element in extra if element.tag == "bullet" for entry in element.findall("user-data")
+    )
+    return [
+        (link, shape, key, entry.text or "") for entry in entries if (key := entry.get("key")) is not None
+    ]
 
 
 @command()

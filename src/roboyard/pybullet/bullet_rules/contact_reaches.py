@@ -28,18 +28,22 @@ _NO_HULL = np.zeros((0, 3))
 _UNKNOWN = np.concatenate([np.zeros((1, 3)), _ENDLESS])
 
 
-def contact_reaches(model: Any, bounds: Iterable[tuple[int, LinkBounds, float]]) -> np.ndarray:
+def contact_reaches(model: Any, bodies: Iterable[tuple[np.ndarray, Sequence[float]]]) -> np.ndarray:
     """Return the (ngeom,) largest gaps of contact points (m), infinite for planes.
 
     Args:
         model: MjModel.
-        bounds: row of the MuJoCo body, bounds and margin (m) of each link.
+        bodies: rows (n,) of each body's links among MuJoCo's bodies, and what `reaches_of` returns of them.
     """
     by_row = np.full(model.nbody, np.inf)
-    for row, box, margin in bounds:
-        if box.kind != "plane":
-            by_row[row] = _reach(box, margin)
+    for rows, reaches in bodies:
+        by_row[rows] = reaches
     return by_row[model.geom_bodyid]
+
+
+def reaches_of(bounds: Iterable[tuple[LinkBounds, float]]) -> list[float]:
+    """Return the largest gap of contact points (m) of links with these bounds and margins (m)."""
+    return [np.inf if box.kind == "plane" else _reach(box, margin) for box, margin in bounds]
 
 
 @lru_cache(maxsize=512)
@@ -63,46 +67,64 @@ class ShapeBoxes:
     """Number of shapes of each link."""
 
 
-def shape_forms(
-    geoms: int, bodies: Iterable[tuple[ShapeBoxes, Sequence[Sequence[int]], Sequence[bool], Sequence[float]]]
-) -> ShapeForms:
-    """Return the shapes of all geoms.
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedShapes:
+    """The shapes of one body, and where they are among MuJoCo's geoms."""
+
+    rows: np.ndarray
+    """(n,) geoms."""
+    boxes: np.ndarray
+    """(n, 4, 3) as in `ShapeBoxes`."""
+    rounding: np.ndarray
+    """(n,) radius of the edges (m)."""
+    hulls: tuple[np.ndarray, ...]
+    lengths: np.ndarray
+    """(n,) numbers of corners of the hulls."""
+    compound: list[int]
+    """Geoms that are parts of compounds."""
+
+
+def place_shapes(
+    found: ShapeBoxes, links: Sequence[Sequence[int]], are_compounds: Sequence[bool], margins: Sequence[float]
+) -> PlacedShapes:
+    """Return the shapes of a body.
 
     Where a shape's place among the geoms is not known, or it is no box, ball or hull, its box is endless.
 
     Args:
-        geoms: number of geoms.
-        bodies: boxes of each body; and of each of its links, the geoms, whether it is a compound, and the
-            margin of its shapes (m), with which edges of boxes and cylinders are round.
+        found: boxes around them.
+        links: geoms of each link.
+        are_compounds: whether each link is a compound.
+        margins: of the shapes of each link (m), with which edges of boxes and cylinders are round.
     """
-    boxes, compound = np.zeros((geoms, 4, 3)), np.zeros(geoms, np.uint8)
-    boxes[:, 1:] = _ENDLESS
-    rounding = np.zeros(geoms)
-    places: list[int] = []
-    parts: list[int] = []
-    margins: list[float] = []
-    hulls: list[np.ndarray] = []
-    arrays: list[ShapeBoxes] = []
-    for found, links, are_compounds, link_margins in bodies:
-        if tuple(map(len, links)) != found.counts:
-            found = _without_unknown(found, links)
-        arrays.append(found)
-        hulls += found.hulls
-        for rows, is_compound, margin in zip(links, are_compounds, link_margins, strict=True):
-            places += rows
-            margins += [margin] * len(rows)
-            if is_compound:
-                parts += rows
-    if places:
-        boxes[places] = np.concatenate([found.boxes for found in arrays])
-        widths = np.array(margins)
-        rounding[places] = np.where(widths < np.concatenate([found.edges for found in arrays]), widths, 0.0)
-        compound[parts] = 1
-    spans = np.zeros((geoms, 2), np.int32)
-    if places:
-        spans[places, 1] = [len(hull) for hull in hulls]
-        spans[places, 0] = np.cumsum(spans[places, 1]) - spans[places, 1]
-    corners = np.concatenate([np.zeros((0, 3)), *hulls])
+    if tuple(map(len, links)) != found.counts:
+        found = _without_unknown(found, links)
+    widths = np.repeat(np.asarray(margins, float), [len(rows) for rows in links])
+    return PlacedShapes(
+        rows=np.array([row for rows in links for row in rows], np.intp),
+        boxes=found.boxes,
+        rounding=np.where(widths < found.edges, widths, 0.0),
+        hulls=found.hulls,
+        lengths=np.array([len(hull) for hull in found.hulls], np.int32),
+        compound=[row for rows, is_one in zip(links, are_compounds, strict=True) if is_one for row in rows],
+    )
+
+
+def shape_forms(geoms: int, bodies: Sequence[PlacedShapes]) -> ShapeForms:
+    """Return the shapes of all geoms, of which there are so many."""
+    boxes, compound = np.empty((geoms, 4, 3)), np.zeros(geoms, np.uint8)
+    boxes[:, 0], boxes[:, 1:] = 0.0, _ENDLESS
+    rounding, spans = np.zeros(geoms), np.zeros((geoms, 2), np.int32)
+    corners = _NO_HULL
+    if bodies:
+        places = np.concatenate([body.rows for body in bodies])
+        boxes[places] = np.concatenate([body.boxes for body in bodies])
+        rounding[places] = np.concatenate([body.rounding for body in bodies])
+        lengths = np.concatenate([body.lengths for body in bodies])
+        spans[places, 1] = lengths
+        spans[places, 0] = np.cumsum(lengths) - lengths
+        corners = np.concatenate([_NO_HULL, *(hull for body in bodies for hull in body.hulls if len(hull))])
+        compound[[row for body in bodies for row in body.compound]] = 1
     return ShapeForms(boxes=boxes, compound=compound, rounding=rounding, hulls=corners, spans=spans)
 
 

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from roboyard.description.model import Cylinder
+from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 
 
@@ -29,6 +31,14 @@ def geom_margins(model: Any, hull_cylinders: Sequence[int] = (), triangles: Sequ
         if is_cylinder.any():
             margins[is_cylinder & _of_bodies(model, hull_cylinders)] = MARGIN
     return margins
+
+
+def special_margins(model: BodyModel) -> tuple[list[int], bool]:
+    """Return the links with meshes that are triangles, and whether the body has cylinders that are hulls."""
+    links = model.links
+    concave = [k for k, link in enumerate(links) if any(shape.concave for shape in link.collisions)]
+    shapes = (shape.geometry for link in model.description.links for shape in link.collisions)
+    return concave, not model.implicit_cylinder and any(isinstance(shape, Cylinder) for shape in shapes)
 
 
 def _of_bodies(model: Any, rows: Sequence[int]) -> np.ndarray:

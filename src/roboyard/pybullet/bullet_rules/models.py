@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 from functools import cache, partial
 from math import cos, pi, sin
+from typing import Any
 
 import numpy as np
 
@@ -88,6 +89,8 @@ class BodyModel:
     """Rule for boxes around shapes."""
     index_by_name: dict[str, int] = field(default_factory=dict)
     """Link name to link index."""
+    shared: dict[str, Any] = field(default_factory=dict)
+    """Results that all bodies of a file have in common: copies of this model share them."""
 
 
 def bullet_model(

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from roboyard._records import dataclass
-from roboyard.description.model import Plane, Pose
+from roboyard.description.model import Box, Capsule, Plane, Pose, Sphere
+from roboyard.pybullet.bullet_rules.contact_order import is_field
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
+from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.state.joint_tables import (
     POSITION_COUNT,
@@ -23,7 +26,7 @@ from roboyard.transforms import Array, conjugate, multiply, rotate
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
-    from roboyard.pybullet.bullet_rules.contact_reaches import ShapeBoxes
+    from roboyard.pybullet.bullet_rules.contact_reaches import PlacedShapes, ShapeBoxes
     from roboyard.pybullet.bullet_rules.link_trees import LinkTree
     from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds
     from roboyard.pybullet.face.arguments import Vector3
@@ -38,6 +41,8 @@ CONTACT_STIFFNESS, CONTACT_DAMPING = 1e4, 1.0
 DEFAULT_DAMPING = 0.04
 DEFAULT_IMPULSE = {0: 1.0, 1: 1.0, 2: 1000.0}
 """Largest impulse per step of the default motor of a joint, by joint type (N m s or N s)."""
+_FEW = 4
+"""Most shapes of a body that is compared with others by its numbers."""
 MULTIBODY, RIGID_BODY = 2, 1
 HIDDEN_JOINT = -1
 """Type of a joint that scripts cannot access; it has no motor."""
@@ -158,19 +163,17 @@ class BodyRecord:
         self.folder: str | None = None
         """Folder of the file as the script gave it; None where a search path or a link led to the file."""
         self.kind = kind
-        self.infos = joint_infos(model) if kind == MULTIBODY else ()
+        self.infos = of_model(model, "infos", joint_infos) if kind == MULTIBODY else ()
         """The fields of getJointInfo; empty for rigid bodies, whose joints are hidden, as in PyBullet."""
         self.joint_count = len(self.infos)
         self.dof_count = sum(VELOCITY_COUNT[info[2]] for info in self.infos) + 6 * (not model.fixed_base)
         """Degrees of freedom of the joints, plus six if it was loaded with a floating base."""
-        self.links = [
-            LinkState(mass=link.mass, moments=link.moments, frame=_shown(link.frame), **_contact_of(model, i))
-            for i, link in enumerate(model.links)
-        ]
+        self.links = [LinkState(**fields) for fields in of_model(model, "links", _link_fields)]
         self.held: dict[int, float] = {}
         """Inertia of the motors of joints that are held because nothing beyond them has mass or inertia."""
         self._bounds: dict[int, LinkBounds] = {}
-        self._shape_boxes: ShapeBoxes | None = None
+        self._forms: tuple[Any, list[float | None], Any] = (None, [], None)
+        self._reaches: tuple[list[float | None], list[float]] = ([], [])
         self.collision_rows: dict[int, tuple[tuple[Any, ...], ...]] = {}
         """The fields of getCollisionShapeData by link, once they were asked for."""
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
@@ -207,6 +210,8 @@ class BodyRecord:
         self.fixed_axes: tuple[Any, Array] | None = None
         """Quaternion of the inertial frame of a fixed base and its (3, 3) rotation, once it was asked for."""
         self.revision = -1
+        self._data: Any = None
+        """MjData whose arrays are looked up."""
         self.link_reader: LinkReader | None = None
         self.moved_link_reader: MovedLinkReader | None = None
         """Reads a link's state; created on first use."""
@@ -261,14 +266,45 @@ class BodyRecord:
     @property
     def shape_boxes(self) -> ShapeBoxes:
         """The boxes around the shapes of all links, as files had them when the body was made."""
-        if self._shape_boxes is None:
-            from roboyard.pybullet.bullet_rules.contact_reaches import body_boxes
+        found: ShapeBoxes = of_model(self.model, "boxes", _shape_boxes)
+        return found
 
-            links = self.model.description.links
-            self._shape_boxes = body_boxes(
-                (link.collisions for link in links), implicit_cylinder=self.model.implicit_cylinder
-            )
-        return self._shape_boxes
+    def shapes_key(self) -> tuple[Any, ...]:
+        """Return a key of the shapes of this body and their places, valid while `model.shared` is held."""
+        shapes = of_model(self.model, "key", _shapes_of)
+        return shapes, self.body.mujoco_ids.tobytes(), tuple(self._changed_margins())
+
+    def forms(self, model: Any) -> PlacedShapes:
+        """Return all shapes and their geoms.
+
+        Args:
+            model: MjModel that the geoms are of; the result is kept as long as it is the same.
+        """
+        margins = self._changed_margins()
+        if self._forms[0] is not model or self._forms[1] != margins:
+            from roboyard.pybullet.bullet_rules.contact_reaches import place_shapes
+
+            bounds = [self.bounds(link - 1) for link in range(len(self.links))]
+            compounds = [
+                box.kind == "compound" and not is_field(self.model.links[link].collisions)
+                for link, (box, _) in enumerate(bounds)
+            ]
+            widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
+            placed = place_shapes(self.shape_boxes, self.body.geom_rows, compounds, widths)
+            self._forms = model, margins, placed
+        return self._forms[2]
+
+    def reaches(self) -> list[float]:
+        """Return the largest gap of contact points of each link (m)."""
+        from roboyard.pybullet.bullet_rules.contact_reaches import reaches_of
+
+        margins = self._changed_margins()
+        if self._reaches[0] != margins:
+            self._reaches = margins, reaches_of(self.bounds(link - 1) for link in range(len(self.links)))
+        return self._reaches[1]
+
+    def _changed_margins(self) -> list[float | None]:
+        return [state.collision_margin for state in self.links]
 
     def movable(self) -> list[int]:
         """Return the joints of one degree of freedom or more, in order."""
@@ -295,6 +331,9 @@ class BodyRecord:
         self.link_reader = self.moved_link_reader = self.link_pusher = self.link_boxes = self.geoms = None
         self._layout = self._tree = None
         self._has_tree = True
+        if self._data is data:
+            return  # a body keeps its rows as long as MuJoCo's arrays are the same
+        self._data = data
         self.rows = [int(row) for row in body.mujoco_ids]
         self.qpos, self.qvel = data.qpos, data.qvel
         self.words = self.qpos.data, self.qvel.data
@@ -335,6 +374,16 @@ class BodyRecord:
             self._has_tree = self._tree is not None
         return self._tree
 
+    def keep_applied(self, forces: Sequence[float]) -> None:
+        """Note the efforts of all motors that are on, from those (nv,) of all joints (N m or N)."""
+        applied, starts, infos = self.applied, self.velocity_addresses, self.infos
+        for joint, is_on in enumerate(self.motored):
+            if is_on:
+                start, count = starts[joint], VELOCITY_COUNT[infos[joint][2]]
+                applied[joint] = (
+                    forces[start] if count == 1 else tuple(forces[k] for k in range(start, start + count))
+                )
+
     def positions_of(self, joint: int) -> slice:
         """Return the slice of a joint in qpos."""
         start = self.position_addresses[joint]
@@ -344,6 +393,46 @@ class BodyRecord:
         """Return the slice of a joint in qvel."""
         start = self.velocity_addresses[joint]
         return slice(start, start + VELOCITY_COUNT[self.joint_type(joint)])
+
+
+def of_model(model: BodyModel, name: str, compute: Callable[[BodyModel], Any]) -> Any:
+    """Return what a function computes of a model, once for all bodies that have it in common."""
+    found = model.shared.get(name)
+    if found is None:
+        found = model.shared[name] = compute(model)
+    return found
+
+
+def _link_fields(model: BodyModel) -> list[dict[str, Any]]:
+    """Return the fields of each link's `LinkState`."""
+    return [
+        {"mass": link.mass, "moments": link.moments, "frame": _shown(link.frame), **_contact_of(model, index)}
+        for index, link in enumerate(model.links)
+    ]
+
+
+def _shapes_of(model: BodyModel) -> Any:
+    """Return a key of the shapes of a body: its numbers for one of few primitives, else one of its own.
+
+    Programs create such bodies again and again, while those of files have their models in common.
+    """
+    link, rule = model.links[0], model.bounds_of
+    if (
+        len(model.links) > 1
+        or len(link.collisions) > _FEW
+        or not isinstance(rule, partial)
+        or not all(isinstance(shape.geometry, Box | Sphere | Capsule) for shape in link.collisions)
+    ):
+        return id(model.shared)
+    shapes = tuple((shape.geometry, shape.origin, shape.concave) for shape in link.collisions)
+    return link.frame, shapes, model.implicit_cylinder, rule.func, tuple(sorted(rule.keywords.items()))
+
+
+def _shape_boxes(model: BodyModel) -> ShapeBoxes:
+    from roboyard.pybullet.bullet_rules.contact_reaches import body_boxes
+
+    links = model.description.links
+    return body_boxes((link.collisions for link in links), implicit_cylinder=model.implicit_cylinder)
 
 
 def has_plane(record: BodyRecord) -> bool:

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.pybullet.bullet_rules.contact_order import kind_of, tangents
 
 if TYPE_CHECKING:
+    from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.sim.queries.contacts import ContactArrays
 
 Point = tuple[Any, ...]
@@ -23,61 +25,89 @@ ANY_LINK = -2
 def touching(scene: Any) -> Iterable[Contact]:
     """Return each contact's links in Bullet's order and getContactPoints fields from point on A."""
     last = scene.last_step
-    if last.contacts is not None:
-        found: Iterable[Contact] = last.contacts
+    kept = last.contacts
+    if kept is not None:
+        found: Iterable[Contact] = kept
     elif scene.world.is_stale or scene.world.live_data.ncon == 0:
         return ()
     else:
-        found = _touching(scene)
+        found = _listed(scene)
     if last.filtered:
         return [row for row in found if last.filtered.keys().isdisjoint(row[0])]
     return found
 
 
-def _touching(scene: Any) -> list[Contact]:
-    """Return the contacts in MuJoCo's arrays; scripts ask once for each foot, so they are kept meanwhile."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Seen:
+    """The contacts of a step, as copies of MuJoCo's arrays."""
+
+    arrays: ContactArrays
+    geoms: np.ndarray
+    """(k, 2) MuJoCo's geoms."""
+    reaches: np.ndarray | None
+    """(ngeom,) gaps (m) up to which Bullet keeps points; None where no gap is open."""
+    records: dict[int, BodyRecord]
+    """By id in the World."""
+    parts: int
+    """Parts of the step."""
+
+
+def _look_at(scene: Any) -> _Seen:
     from roboyard.sim.queries.contacts import contact_arrays
 
     arrays = contact_arrays(scene.world)
-    if scene.parts > 1:
-        arrays.force[:] /= scene.parts
-    geoms = scene.world.live_data.contact.geom
-    last, asked = scene.last_step, (arrays.position, arrays.frame, arrays.distance, arrays.force, geoms)
-    key = (scene.world.revision, *[array.tobytes() for array in asked])
+    is_open = (arrays.distance > 0.0) & (arrays.force[:, 0] <= 0.0)
+    return _Seen(
+        arrays=arrays,
+        geoms=scene.world.live_data.contact.geom.copy(),
+        reaches=scene.contact_reaches() if is_open.any() else None,
+        records=scene.records(),
+        parts=scene.parts,
+    )
+
+
+def _listed(scene: Any) -> list[Contact]:
+    """Return the contacts in MuJoCo's arrays; scripts ask once for each foot, so they are kept meanwhile."""
+    seen, last = _look_at(scene), scene.last_step
+    arrays = seen.arrays
+    asked = arrays.position, arrays.frame, arrays.distance, arrays.force, seen.geoms
+    key = (scene.world.revision, seen.parts, *[array.tobytes() for array in asked])
     if last.listed is None or last.listed[0] != key:
-        last.listed = key, list(_contacts_in(scene, arrays, geoms.tolist()))
+        last.listed = key, list(_rows_of(seen))
     return last.listed[1]
 
 
-def _contacts_in(scene: Any, arrays: ContactArrays, geoms: list[list[int]]) -> Iterator[Contact]:
+def _rows_of(seen: _Seen) -> Iterator[Contact]:
+    arrays, reaches, records = seen.arrays, seen.reaches, seen.records
     middles = arrays.position.tolist()
     normals = arrays.frame[:, 0].tolist()
-    forces = np.einsum("ij,ijk->ik", arrays.force, arrays.frame).tolist()
+    force = arrays.force / seen.parts if seen.parts > 1 else arrays.force
+    forces = np.einsum("ij,ijk->ik", force, arrays.frame).tolist()
+    pushes = force[:, 0].tolist()
     kinds: dict[Place, int] = {}
-    reaches: Any = None
+    geoms, owners = seen.geoms.tolist(), arrays.owners.tolist()
     for i, distance in enumerate(arrays.distance.tolist()):
-        pushing = float(arrays.force[i, 0])
+        pushing = pushes[i]
         if distance > 0.0 and pushing <= 0.0:
-            if reaches is None:
-                reaches = scene.contact_reaches()
             a, b = geoms[i]
-            if a < 0 or b < 0 or distance > min(reaches[a], reaches[b]):
+            if reaches is None or a < 0 or b < 0 or distance > min(reaches[a], reaches[b]):
                 continue
-        world_a, link_a, world_b, link_b = arrays.owners[i].tolist()
-        a, b = (scene.record_of(world_a).number, link_a - 1), (scene.record_of(world_b).number, link_b - 1)
-        is_turned = _comes_second(scene, a, b, kinds)
+        world_a, link_a, world_b, link_b = owners[i]
+        one, other = records[world_a], records[world_b]
+        a, b = (one.number, link_a - 1), (other.number, link_b - 1)
+        is_turned = _comes_second(one, other, a, b, kinds)
         point = _point(middles[i], normals[i], distance, pushing, forces[i], is_turned=is_turned)
         yield ((b, a) if is_turned else (a, b)), point
 
 
-def _comes_second(scene: Any, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
+def _comes_second(one: BodyRecord, other: BodyRecord, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
     """Return whether Bullet lists b first."""
-    for body, link in (a, b):
-        if (body, link) not in kinds:
-            kinds[(body, link)] = kind_of(scene.bodies[body].model.links[link + 1])
+    for record, place in ((one, a), (other, b)):
+        if place not in kinds:
+            kinds[place] = kind_of(record.model.links[place[1] + 1])
     if kinds[a] != kinds[b]:
         return kinds[a] < kinds[b]
-    age = scene.bodies[a[0]].body.id - scene.bodies[b[0]].body.id
+    age = one.body.id - other.body.id
     return age > 0 or (age == 0 and a[1] > b[1])
 
 
@@ -111,13 +141,31 @@ class LastStep:
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
-        self.contacts: list[Contact] | None = None
-        """Kept contacts; None where MuJoCo's arrays have them."""
+        self._contacts: list[Contact] | None = None
+        self._seen: _Seen | None = None
+        """Kept contacts, until they are looked at."""
+        self._removed: set[int] = set()
+        """Bodies that were removed since then."""
         self.listed: tuple[tuple[Any, ...], list[Contact]] | None = None
         """What MuJoCo's arrays had when they were last read, and the contacts in them."""
         self.filtered: dict[Place, None] = {}
         """Links whose contacts are forgotten: a new filter lets Bullet find their pairs again in the next
         step."""
+
+    @property
+    def contacts(self) -> list[Contact] | None:
+        """Kept contacts; None where MuJoCo's arrays have them."""
+        seen, self._seen = self._seen, None
+        if seen is not None:
+            removed = self._removed
+            rows = _rows_of(seen)
+            self._contacts = [row for row in rows if not (row[0][0][0] in removed or row[0][1][0] in removed)]
+        return self._contacts
+
+    @contacts.setter
+    def contacts(self, rows: list[Contact] | None) -> None:
+        self._contacts, self._seen = rows, None
+        self._removed.clear()
 
     def keep(self) -> None:
         """Keep what MuJoCo's arrays hold of the last step, before these are replaced."""
@@ -127,13 +175,18 @@ class LastStep:
             return  # kept before the first of several edits
         if scene.motor_revision == world.revision:
             self._keep_efforts(scene)
-        if self.contacts is None:
-            self.contacts = self._present()
+        if self._contacts is None and self._seen is None:
+            if self.filtered or not world.live_data.ncon:
+                self.contacts = self._present()
+            else:
+                self._removed.clear()
+                self._seen = _look_at(scene)
 
     def _present(self) -> list[Contact]:
         return list(touching(self._scene))
 
     def _keep_efforts(self, scene: Any) -> None:
+        forces: list[float] | None = None
         for number, record in scene.bodies.items():
             if not record.joint_count:
                 continue
@@ -142,8 +195,9 @@ class LastStep:
                 from roboyard.pybullet.state.reactions import reaction
 
                 record.reactions[joint] = reaction(scene, record, joint)
-            applied: list[Any] = [scene.applied(record, joint) for joint in range(record.joint_count)]
-            record.applied[:] = applied
+            if forces is None:
+                forces = scene.motor_forces().tolist()
+            record.keep_applied(forces)
         scene.motor_revision = -1
 
     def drop(self) -> None:
@@ -162,5 +216,7 @@ class LastStep:
 
     def remove_body(self, number: int) -> None:
         """Forget the contacts of a body."""
-        if self.contacts:
-            self.contacts = [row for row in self.contacts if number not in (row[0][0][0], row[0][1][0])]
+        if self._seen is not None:
+            self._removed.add(number)
+        elif self._contacts:
+            self._contacts = [row for row in self._contacts if number not in (row[0][0][0], row[0][1][0])]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from os.path import isfile, islink
+from os import getcwd
+from os.path import isabs, isfile, islink, join, normcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,7 +36,7 @@ def _candidates(search_path: Path | None, name: str) -> tuple[tuple[str, Path], 
     for given in (Path(name), *([Path(f"{search_path}/{name}")] if search_path else [])):
         relative = given.relative_to(given.anchor)
         found += [given, *(folder / relative for folder in _PREFIXES)]
-    return tuple((str(file), file) for file in found)
+    return tuple({str(file): file for file in found}.items())
 
 
 def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = None) -> Path | None:
@@ -52,10 +53,23 @@ def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = N
     """
     for place, file in _candidates(search_path, name):
         if isfile(place):  # noqa: PTH113 - three times as fast as that of the path
-            return file.resolve() if islink(place) else file.absolute()  # noqa: PTH114
+            if islink(place):  # noqa: PTH114
+                return file.resolve()
+            return file if isabs(place) else file.absolute()  # noqa: PTH117
     if mounts is None:
         return None
     return mounts.find(name) or (mounts.find(str(search_path / name)) if search_path else None)
+
+
+def is_as_named(path: Path, name: str) -> bool:
+    """Return whether a script named an absolute path itself, not one that the search path led to."""
+    named = str(_named(name))
+    return normcase(path) == normcase(join(getcwd(), named))  # noqa: PTH109, PTH118 - much faster
+
+
+@lru_cache(maxsize=256)
+def _named(name: str) -> Path:
+    return Path(name)
 
 
 def is_file(path: Path) -> bool:

@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.description.model import Inertial
-from roboyard.pybullet.bullet_rules.contact_order import is_field
 from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches, shape_forms
-from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
+from roboyard.pybullet.bullet_rules.hull_margins import geom_margins, special_margins
 from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, BodyModel, never_turns
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
-from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.constants import JOINT_REVOLUTE
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
+from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord, of_model
 from roboyard.pybullet.state.constraint_records import ConstraintRecord, ConstraintRequest
 from roboyard.pybullet.state.contacts import Contact, LastStep
 from roboyard.pybullet.state.engine_parameters import (
@@ -46,6 +44,8 @@ if TYPE_CHECKING:
     from roboyard.sim.body import Body
     from roboyard.sim.stepping.shape_forms import ShapeForms
 
+_SHAPES, _SHAPE_SETS = "shapes of bodies", 4
+"""Name in `Engine.of_arrays`, and number of sets of bodies whose shapes are kept."""
 HELD_INERTIA = 1e9
 """Inertia (kg m² or kg) of the motor of a joint that nothing moves."""
 
@@ -67,7 +67,7 @@ class PhysicsScene:
         self.world = World(
             gravity=parameters.gravity, timestep=parameters.time_step, profile=BULLET, visual_geoms=False
         )
-        self.world.keeps_frames = True
+        self.world.keeps_frames = self.world.is_kept = True
         self.bodies: dict[int, BodyRecord] = {}
         self.order: list[int] = []
         """Body ids in the order of getBodyUniqueId."""
@@ -103,8 +103,8 @@ class PhysicsScene:
         self._margin_shapes: MarginShapes | None = None
         self.link_boxes: tuple[int, SceneBoxes] | None = None
         """Revision of the World, and boxes around the links of all bodies."""
-        self._geom_margins: Any = None
-        self._contact_reaches: Any = None
+        self._known_shape_numbers: Any = None
+        """Revision of the World, and margins, reaches and forms of shapes then."""
         self.world.surfaces.margins_of = self.geom_margins
         self.world.surfaces.reaches_of = self.contact_reaches
         self.world.surfaces.forms_of = self.shape_forms
@@ -247,6 +247,7 @@ class PhysicsScene:
         handle = record.body.links[link + 1]
         element = handle._built.element
         if bool(element.gravcomp) != disabled:
+            self.world.note_edit()
             element.gravcomp = float(disabled)
             self.world.mark_stale()
         linear, angular = (0.0, 0.0) if disabled else (record.linear_damping, record.angular_damping)
@@ -281,6 +282,10 @@ class PhysicsScene:
     def world_ids(self) -> KeysView[int]:
         """Return the World's ids of all bodies that scripts have."""
         return self._records_by_world_id.keys()
+
+    def records(self) -> dict[int, BodyRecord]:
+        """Return the records of all bodies by their ids in the World, as they are now."""
+        return self._records_by_world_id.copy()
 
     def record_of(self, world_body_id: int) -> BodyRecord:
         """Return the record of a World body id."""
@@ -346,20 +351,50 @@ class PhysicsScene:
 
     def geom_margins(self) -> Any:
         """Return the (ngeom,) margins by which Bullet's shapes are larger than MuJoCo's (m)."""
+        return self._shape_numbers()[0]
+
+    def contact_reaches(self) -> Any:
+        """Return the (ngeom,) gaps (m) up to which Bullet keeps the points of contacts."""
+        return self._shape_numbers()[1]
+
+    def shape_forms(self) -> ShapeForms:
+        """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
+        forms: ShapeForms = self._shape_numbers()[2]
+        return forms
+
+    def _shape_numbers(self) -> tuple[Any, Any, ShapeForms]:
+        """Return margins, reaches and forms of all shapes.
+
+        They are kept with MuJoCo's arrays for the last few sets of bodies, some of which come again.
+        """
         world = self.world
-        if self._geom_margins is None or self._geom_margins[0] != world.revision or world.is_stale:
-            world.ensure_compiled()
-            cylinders: list[int] = []
-            triangles: list[int] = []
-            for number, record in self.bodies.items():
-                rows = self.ready(number, "").rows
-                if not record.model.implicit_cylinder:
-                    cylinders += rows
-                for row, link in zip(rows, record.model.links, strict=True):
-                    if any(shape.concave for shape in link.collisions):
-                        triangles.append(row)
-            self._geom_margins = world.revision, geom_margins(world.live_model, cylinders, triangles)
-        return self._geom_margins[1]
+        known = self._known_shape_numbers
+        if known is not None and known[0] == world.revision and not world.is_stale:
+            return known[1]
+        world.ensure_compiled()
+        records = self.bodies.values()
+        key = tuple(record.shapes_key() for record in records)
+        kept = world.of_arrays.setdefault(_SHAPES, {})
+        found = kept.get(key)
+        if found is None:
+            model, cylinders, triangles = world.live_model, list[int](), list[int]()
+            for record in records:
+                rows = record.body.mujoco_ids
+                concave, has_cylinders = of_model(record.model, "margins", special_margins)
+                if has_cylinders:
+                    cylinders += rows.tolist()
+                triangles += [int(rows[index]) for index in concave]
+            numbers = (
+                geom_margins(model, cylinders, triangles),
+                contact_reaches(model, ((record.body.mujoco_ids, record.reaches()) for record in records)),
+                shape_forms(model.ngeom, [record.forms(model) for record in records]),
+            )
+            # with what the key has the ids of
+            found = kept[key] = numbers, [record.model.shared for record in records]
+            while len(kept) > _SHAPE_SETS:
+                del kept[next(iter(kept))]
+        self._known_shape_numbers = world.revision, found[0]
+        return found[0]
 
     def place_of(self, geom: int) -> tuple[int, int, float]:
         """Return body, link and Bullet's margin (m) of a MuJoCo geom."""
@@ -385,35 +420,6 @@ class PhysicsScene:
         if not len(geoms) or self.filters.shows_all(mask):
             return geoms
         return geoms[[self.filters.shows(*self.place_of(geom)[:2], mask) for geom in geoms.tolist()]]
-
-    def contact_reaches(self) -> Any:
-        """Return the (ngeom,) gaps (m) up to which Bullet keeps the points of contacts."""
-        world = self.world
-        if self._contact_reaches is None or self._contact_reaches[0] != world.revision or world.is_stale:
-            bounds = [
-                (row, *record.bounds(link - 1))
-                for number in self.bodies
-                for record in (self.ready(number, ""),)
-                for link, row in enumerate(record.rows)
-            ]
-            self._contact_reaches = world.revision, contact_reaches(world.live_model, bounds)
-        return self._contact_reaches[1]
-
-    def shape_forms(self) -> ShapeForms:
-        """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
-        world = self.world
-        bodies = []
-        for number in self.bodies:
-            record = self.ready(number, "")
-            bounds = [record.bounds(link - 1) for link in range(len(record.links))]
-            are_compounds = [
-                box.kind == "compound" and not is_field(record.model.links[link].collisions)
-                for link, (box, _) in enumerate(bounds)
-            ]
-            margins = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
-            rows = [[geom.id for geom in built.geoms] for built in record.body.built.links]
-            bodies.append((record.shape_boxes, rows, are_compounds, margins))
-        return shape_forms(world.live_model.ngeom, bodies)
 
     # -------------------------------------------------------------------------------------------------- time
 

@@ -151,7 +151,7 @@ def _gather(body: Body) -> dict[int, list[ShapeAppearance]]:
         return _of_models().shapes_of_model(body)
     found: dict[int, list[ShapeAppearance]] = {}
     one = _of_descriptions()
-    links = [record.link for record in body.built.links]
+    links = [record.link for record in body.form.links]
     draw_collisions = not any(link.visuals for link in links if link is not None)
     for index, link in enumerate(links):
         assert link is not None

@@ -65,6 +65,11 @@ class Built:
         """Degrees of freedom of the base: 6 where nothing holds it, else 0."""
         return 0 if self.free_joint is None else 6
 
+    @property
+    def has_joints(self) -> bool:
+        """Whether links move relative to each other."""
+        return any(record.joint_elements for record in self.links)
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BuildOptions:

@@ -95,7 +95,7 @@ class BodyPool:
         """Whether any pooled body has joints."""
         self._acquired = 0
         """Number of bodies taken from the pool so far."""
-        self._expects_bodies = False
+        self.expects_bodies = False
         """Whether the next compile with new bodies gets pooled bodies in any case."""
 
     @property
@@ -116,7 +116,7 @@ class BodyPool:
     def restore_history(self, history: tuple[Recent, ...]) -> None:
         """Expect additions like those to the world that this one replaces."""
         self._recent.extend(history)
-        self._expects_bodies = bool(history)
+        self.expects_bodies = bool(history)
 
     def disable(self) -> None:
         """Compile every body that is added from now on; for measurements."""
@@ -168,9 +168,9 @@ class BodyPool:
             self._threshold = STREAK
         self._delete_inactive()
         self._streak = self._streak + 1 if fresh and not mixed else 0
-        is_first = self._expects_bodies and fresh > 0
+        is_first = self.expects_bodies and fresh > 0
         if is_first:
-            self._streak, self._expects_bodies = self._threshold, False
+            self._streak, self.expects_bodies = self._threshold, False
         self._idle = 0
         if self._streak < self._threshold or spec.sensors or _may_sleep(spec):
             return 0
@@ -326,12 +326,17 @@ class BodyPool:
         slot.owner = body.id
         self._slot_of[body.id] = slot
 
+    def forget(self, body: EngineBody) -> None:
+        """Note that a body was removed."""
+        self._added.discard(body.id)
+
     def release(self, body: EngineBody) -> bool:
         """Make a removed body inactive; return False where its elements must be deleted now."""
-        self._added.discard(body.id)
-        engine, built = self._engine, body.built
+        self.forget(body)
+        engine = self._engine
         if engine.is_stale or not is_apart(body, engine.live_model):
             return False
+        built = body.built
         if engine.would_be_pile(more_dofs=0) and not engine.would_be_pile(more_dofs=-built.free_dofs):
             return False  # contacts turn hard again: their numbers are in the spec
         slot = self._slot_of.pop(body.id, None)

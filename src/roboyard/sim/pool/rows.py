@@ -24,6 +24,7 @@ INACTIVE_FIELDS = (*MASKS, "geom_rgba")
 """Fields in which an inactive body of one link differs from an active one."""
 INACTIVE_JOINTS = ("jnt_limited", "dof_frictionloss")
 """Fields of joints in which it differs, too: inactive joints add no constraints to the solver."""
+_OF_BODIES, _NONE = int(mujoco.mjtObj.mjOBJ_BODY), np.zeros(0, bool)
 _NOWHERE, _UNTURNED = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 
 
@@ -261,9 +262,9 @@ def is_apart(body: EngineBody, model: Any) -> bool:
             return False
     if len(links) == 1 and links[0].element.bodies:
         return False
-    if not model.neq:
+    of_bodies = model.eq_objtype == _OF_BODIES if model.neq else _NONE
+    if not of_bodies.any():
         return True
-    of_bodies = model.eq_objtype == int(mujoco.mjtObj.mjOBJ_BODY)
     rows = np.stack([model.eq_obj1id, model.eq_obj2id])
     return not bool((of_bodies & np.isin(rows, body.mujoco_ids)).any())
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from roboyard.description.model import RobotDescription
@@ -132,7 +132,30 @@ class CollisionFilters:
             self._sync()
             self._world.mark_stale()
 
+    def key(self) -> frozenset[Key]:
+        """Return the pairs that the next compile excludes, by the bodies' places in the world."""
+        return frozenset(self._by_place(self._disabled))
+
+    def elements(self) -> dict[Key, Any]:
+        """Return the spec's exclusions, by the bodies' places in the world."""
+        return self._by_place(self._elements)
+
+    def take(self, elements: dict[Key, Any]) -> None:
+        """Take over what `elements` returned of a world with an equal key."""
+        places = self._by_place(self._disabled)
+        self._elements = {key: elements[place] for place, key in places.items()}
+
+    def _by_place(self, keys: Mapping[Key, Any] | set[Key]) -> dict[Key, Any]:
+        """Return keys with places in the world instead of ids of bodies, and what each is of."""
+        if not keys:
+            return {}
+        place = {body: k for k, body in enumerate(self._world.body_by_id)}
+        found = keys if isinstance(keys, Mapping) else {key: key for key in keys}
+        return {((place[a], i), (place[b], j)): value for ((a, i), (b, j)), value in found.items()}
+
     def _sync(self) -> None:
+        if self._elements.keys() == self._disabled:
+            return
         bodies, spec = self._world.body_by_id, self._world.raw_spec
         for key in [key for key in self._elements if key not in self._disabled]:
             spec.delete(self._elements.pop(key))

@@ -300,16 +300,22 @@ class Constraints:
         """Add new constraints to the spec, before it is compiled or read."""
         if self.before_entering is not None:
             self.before_entering()
-        inactive, spec = self._inactive, self._world.raw_spec
+        inactive = self._inactive
         for constraint in self._new:
             self._enter(constraint)
         self._new.clear()
         for found in inactive.values():
             for elements in found[MOST_INACTIVE:]:
-                _delete(spec, elements)
+                _delete(self._world.raw_spec, elements)
             del found[MOST_INACTIVE:]
             for element, _, _ in found:
                 element.active = False
+
+    def any_now(self) -> bool:
+        """Return whether there are any, those included that other layers have not added yet."""
+        if self.before_entering is not None:
+            self.before_entering()
+        return bool(self._by_id or self._inactive[False] or self._inactive[True])
 
     def complete_spec(self) -> None:
         """Put all frames on their links in the spec, and delete what is inactive, before the spec is read."""
@@ -620,6 +626,7 @@ class Constraints:
         """
         trees = np.full((model.neq, 2), -2, np.int32)
         aux, places = np.full(model.neq, -1, np.int32), np.full((model.neq, 2), -1, np.int32)
+        owner_of, tree_of = model.site_bodyid.item, model.body_treeid.item
         for constraint in self._by_id.values():
             equality = constraint.element.id
             if constraint.tendon is not None:
@@ -631,8 +638,8 @@ class Constraints:
                 joints = model.eq_obj1id[equality], model.eq_obj2id[equality]
                 found = model.dof_treeid[model.jnt_dofadr[list(joints)]]
             else:
-                sites = [model.eq_obj1id[equality], model.eq_obj2id[equality]]
-                found = model.body_treeid[model.site_bodyid[sites]]
+                sites = constraint.rows
+                found = tree_of(owner_of(sites[0])), tree_of(owner_of(sites[1]))
                 places[equality] = sites
             trees[equality] = found
         return trees, aux, places

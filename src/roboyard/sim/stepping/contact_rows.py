@@ -43,9 +43,8 @@ class ContactRows:
         self.counts = np.zeros(6, np.int32)
         """Numbers of contacts, of rows (equalities, dry friction, limits, all), of the Jacobian's entries."""
         self._rows, self._address = _rows(0, 0), np.zeros(0, np.int32)
-        self._records: tuple[Rows, Contacts, r.Search] | None = None
-        self._search: Any = None
-        """The search for MuJoCo's rows instead of which these are."""
+        self._counted: Any = None
+        """The search among these rows."""
         self._model: Any = None
         self._makes_joints = False
         self._data: Any = None
@@ -104,15 +103,16 @@ class ContactRows:
 
     def records(self, found: StepRows) -> tuple[Rows, Contacts, r.Search]:
         """Return the arrays of rows and contacts as arguments of compiled loops, until they grow."""
-        search = found.search
-        if self._records is None or self._search is not search:
+        known = found.own_records
+        if known is None or known[0] is not self._rows:
+            search = found.search
             own = r.Search(
                 *(np.zeros(0, np.int64), np.zeros(0, np.int64), self.counts, self._rows.starts),
                 *(0, 0, search.contact, search.degrees, r.WITHOUT_CONTACTS),
             )
-            self._records = self._rows, found.contacts._replace(address=self._address), own
-            self._search = search
-        return self._records
+            known = found.own_records = self._rows, found.contacts._replace(address=self._address), own
+        self._counted = known[2]
+        return known
 
     def grow(self) -> None:
         """Make room for as many contacts, rows and entries as `counts` says."""
@@ -120,13 +120,11 @@ class ContactRows:
         if contacts > len(self._address) or rows > len(self._rows.kind) or entries > len(self._rows.jacobian):
             self._rows = _rows(2 * rows, 2 * entries)
             self._address = np.full(2 * contacts, -1, np.int32)
-            self._records = None
 
     def motor_efforts(self, degrees: int) -> Array:
         """Return the (nv,) efforts of motors in the last step (N m or N)."""
         out = np.zeros(degrees)
-        assert self._records is not None
-        effort_kernels().motor_efforts(self._rows, self._records[2], out)
+        effort_kernels().motor_efforts(self._rows, self._counted, out)
         return out
 
     def give_forces(self, found: StepRows) -> None:

@@ -45,6 +45,8 @@ edge_kernels = lazy_module("roboyard.sim.stepping.narrow_phase.edge_kernels")
 face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
+_OWNERS, _SETS = "owners of geoms", 4
+"""Name in `Engine.of_arrays`, and number of sets of bodies that are kept."""
 _BLANK = mujoco.MjContact()
 """Given to MuJoCo for contacts that are written then."""
 
@@ -89,7 +91,7 @@ class Manifolds:
         self._bound: _Bound | None = None
         self._kept: KeptPoints | None = None
         """The points until arrays are bound again, where bodies were added or removed."""
-        self.points = _points(0, np.zeros(0, np.int32), np.zeros(0, np.int32), 0, 0)
+        self.points = _no_points()
         """The points, as arguments of compiled loops."""
 
     @property
@@ -228,7 +230,8 @@ class Manifolds:
 
     def forget(self) -> None:
         """Forget all points: in this step there are no contacts."""
-        self.points.notes[PAIRS] = 0
+        if self._bound is not None:
+            self.points.notes[PAIRS] = 0
 
     def grow(self, contacts: int) -> None:
         """Make room for the points of so many contacts, and for more pairs where there was none left."""
@@ -266,17 +269,17 @@ class Manifolds:
                 face_contacts().install(model, data)
         else:
             model.opt.disableflags &= ~_MULTIPLE
+        owners, turns, places = self._orders_of(model)
         self._bound = _Bound(
             keeps=keeps,
             geoms=(model.geom_type, model.geom_bodyid),
             frames=(data.xpos, data.xmat),
             fields=fields_of(model, data),
-            owners=_owners(world, model.ngeom),
+            owners=owners,
             seen=2 * world.profile.contact_margin,
         )
         kept, self._kept = self._kept, None
         old = self.points
-        turns, places = _creation_order(self._bound.owners, model)
         met = 0 if kept is None else len(kept.met.ranks)
         every = len(turns) * (len(turns) - 1) // 2
         meeting = min(every, max(16 * len(turns), 4096))
@@ -284,6 +287,24 @@ class Manifolds:
         self.points = _points(model.ngeom, turns, places, *room)
         if kept is not None:
             self._take(kept, self._bound)
+
+    def _orders_of(self, model: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return owners and orders of geoms, kept for the last few sets of bodies, which may come again."""
+        world = self._world
+        kept = world.of_arrays.setdefault(_OWNERS, {})
+        bodies = tuple(body.mujoco_ids.tobytes() for body in world.body_by_id.values())
+        found = kept.get(bodies)
+        if found is None:
+            places = _owners(world, model.ngeom)
+            turns, tree_places = _creation_order(places, model)
+            found = kept[bodies] = places, turns, tree_places
+            while len(kept) > _SETS:
+                del kept[next(iter(kept))]
+        owners: np.ndarray = found[0].copy()
+        if bodies:
+            has_owner = owners[:, 0] >= 0
+            owners[has_owner, 0] = np.array(list(world.body_by_id))[owners[has_owner, 0]]
+        return owners, found[1], found[2]
 
     def _take(self, kept: KeptPoints, bound: _Bound) -> None:
         """Write points under the present numbers of their geoms; those of bodies that are gone end."""
@@ -335,6 +356,12 @@ class _Bound:
     """Gap (m) up to which MuJoCo finds contacts."""
 
 
+@cache
+def _no_points() -> Points:
+    """Return room for no points, which nothing is written into."""
+    return _points(0, np.zeros(0, np.int32), np.zeros(0, np.int32), 0, 0)
+
+
 def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int) -> Points:
     """Return room for the points of so many pairs, and for so many pairs whose boxes meet."""
     new, ages = np.zeros((geoms, 6)), np.zeros(geoms, np.int32)
@@ -365,12 +392,14 @@ def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, 
 
 
 def _owners(world: Engine[Body], count: int) -> np.ndarray:
-    """Return (ngeom, 3) body, link and place in the link of each geom; -1 where it is of no body."""
-    owners = np.full((count, 3), -1)
-    for body in world.body_by_id.values():
-        for link, record in enumerate(body.built.links):
-            for place, geom in enumerate(record.geoms):
-                owners[geom.id] = body.id, link, place
+    """Return (ngeom, 3) body, as a number from 0 on, link and place in the link of each geom; -1 for none."""
+    owners, geoms, places = np.full((count, 3), -1), list[int](), list[tuple[int, int, int]]()
+    for number, body in enumerate(world.body_by_id.values()):
+        for link, rows in enumerate(body.geom_rows):
+            geoms += rows
+            places += [(number, link, place) for place in range(len(rows))]
+    if geoms:
+        owners[geoms] = places
     return owners
 
 

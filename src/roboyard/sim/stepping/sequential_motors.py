@@ -10,6 +10,7 @@ files.
 
 from __future__ import annotations
 
+from functools import cache
 from operator import is_
 from typing import Any
 
@@ -35,6 +36,10 @@ order = lazy_module("roboyard.sim.stepping.impulses.order")
 solving = lazy_module("roboyard.sim.stepping.impulses.solving")
 
 LIMIT, MOTOR, EQUALITY = range(3)
+_ORDERS = 4
+"""Orders of solution that are kept, for programs that create and remove the same in turns."""
+_MADE, _LAST, _SLOTS = "arrays of rows in turn", "last bundle of rows in turn", "orders of rows in turn"
+"""Names in `Engine.of_arrays`."""
 _LINE = 64
 """Bytes of a line of the processor's cache."""
 
@@ -61,7 +66,7 @@ class SequentialMotors:
         self._state: Any = None
         self._surface: Any = None
         self._fields: Any = None
-        self._solver = _solver(0, 0, 0, 0, 0)
+        self._solver = _no_solver()
         self.contact_rows = ContactRows()
         """Rows of contacts that MuJoCo does not make."""
         self._width = 0
@@ -70,6 +75,10 @@ class SequentialMotors:
         self._last_bundle: Any = None
         """The last one, also where it is out of date."""
         """All of these as one argument of compiled loops; None where one is another now."""
+        self._bundles: dict[tuple[int, ...], Any] = {}
+        """The last few of them, by the ids of their records."""
+        self._solvers: dict[int, r.Solver] = {}
+        """The last few records of the solver, by the number of places of rows."""
         self._parts: list[BodyParts] | None = None
         """Limits and motors of each body; None where bodies came or went."""
         self._known_parts: tuple[Any, bytes, dict[int, BodyParts]] = None, b"", {}
@@ -101,12 +110,14 @@ class SequentialMotors:
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
         self._mechanism = self._parts = None
+        self._bundles.clear()
         self._known = ()
         self.contact_rows.invalidate()
 
     def note_bodies(self) -> None:
         """Note that bodies were added or removed; where MuJoCo's arrays stay, the order alone is another."""
         self._parts = None
+        self._bundles.clear()
         self._is_ordered = False
         self._known = ()
 
@@ -205,12 +216,23 @@ class SequentialMotors:
             or bundle.records[5] is not self._manifolds.points
         ):
             own = self.contact_rows.records(found)
-            bundle = self._bundle = self._last_bundle = r.EVERYTHING.of(
+            parts = (
                 *(found.rows, found.contacts, found.search, self._mechanism, self._state),
                 *(self._manifolds.points, self._surface, self._solver, self._fields, *own),
-                before=self._last_bundle,
             )
+            bundles = self._bundles
+            key = tuple(map(id, parts))  # of objects that the bundles hold
+            bundle = bundles.get(key)
+            if bundle is None:
+                bundle = bundles[key] = r.EVERYTHING.of(*parts, before=self._before())
+                while len(bundles) > _ORDERS:
+                    del bundles[next(iter(bundles))]
+            self._bundle = self._last_bundle = self._world.of_arrays[_LAST] = bundle
         return bundle
+
+    def _before(self) -> Any:
+        """Return the last bundle of this world, or of the one whose arrays it took over."""
+        return self._world.of_arrays.get(_LAST) if self._last_bundle is None else self._last_bundle
 
     def write(self, found: StepRows, timestep: float) -> None:
         """Write the solution over MuJoCo's, after its solver, which had other rows."""
@@ -245,9 +267,10 @@ class SequentialMotors:
         trees = None
         if self._mechanism is None:
             trees = self._constraints.trees(model)
-            self._mechanism = _mechanism(model)
-            self._state = _state(data)
-            self._fields = fields_of(model, data)
+            made = world.of_arrays.get(_MADE)
+            if made is None:
+                made = world.of_arrays[_MADE] = _mechanism(model), _state(data), fields_of(model, data)
+            self._mechanism, self._state, self._fields = made
             rows = max(len(self._solver.order), 16)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
             self._solver = _solver(rows, model.nv, model.nbody, model.ntree, self._width)
@@ -255,6 +278,7 @@ class SequentialMotors:
             self._unbounded = np.full(model.nv, np.inf)
             self._bundle, self._is_ordered = None, False
         mechanism = self._mechanism
+        assert mechanism is not None
         if not self._is_ordered:
             self._order(mechanism, *(trees or self._constraints.trees(model)))
         bound, share = self._constraints.bounds_and_shares(model)
@@ -291,37 +315,67 @@ class SequentialMotors:
         """Write the order of solution."""
         self._is_ordered = True
         slot, limit_slot, equality_slot = mechanism.slot, mechanism.limit_slot, mechanism.equality_slot
-        for values in (slot, limit_slot, equality_slot):
-            values[:] = -1
         equalities = self._constraints.equalities
-        places = 0
         if self._parts is None:
             model = self._world.live_model
             state = model, model.jnt_limited.tobytes()
             if self._known_parts[0] is not model or self._known_parts[1] != state[1]:
                 self._known_parts = (*state, {})
-            known = self._known_parts[2]
-            for key, body in self._world.body_by_id.items():
-                if key not in known:
-                    known[key] = parts_of(body, model)
-            self._parts = [known[key] for key in self._world.body_by_id]
-        for index, kind in solution_order(self._parts, equalities, equality_tree):
-            if kind == EQUALITY:
-                equality_slot[index] = places
-                places += r.EQUALITY_ROWS
-            elif kind == LIMIT:
-                limit_slot[index] = places
-                places += 2
-            else:
-                slot[index] = places
-                places += 1
+            known, bodies = self._known_parts[2], self._world.body_by_id
+            now = {key: known.get(key) or parts_of(body, model) for key, body in bodies.items()}
+            self._known_parts, self._parts = (*state, now), list(now.values())
+        parts = tuple((one.trees, one.limits, one.motors) for one in self._parts)
+        made_from = parts, tuple(equalities), equality_tree.tobytes()
+        orders = self._world.of_arrays.setdefault(_SLOTS, {})
+        found = orders.get(made_from)
+        if found is None:
+            places = _number_places(
+                solution_order(self._parts, equalities, equality_tree), slot, limit_slot, equality_slot
+            )
+            orders[made_from] = places, slot.copy(), limit_slot.copy(), equality_slot.copy()
+            while len(orders) > _ORDERS:
+                del orders[next(iter(orders))]
+        else:
+            places = found[0]
+            slot[:], limit_slot[:], equality_slot[:] = found[1:]
         mechanism.equality_order[:] = -1
         mechanism.equality_order[: len(equalities)] = equalities
         mechanism.equality_tree[:] = np.where(equality_slot[:, None] >= 0, equality_tree, -2)
         mechanism.equality_aux[:], mechanism.equality_site[:] = equality_aux, equality_site
         if places != len(self._solver.places):
-            self._solver = self._solver._replace(places=np.full(places, -1, np.int32))
-            self._bundle = None
+            self._solver, self._bundle = self._solver_for(places), None
+
+    def _solver_for(self, places: int) -> r.Solver:
+        """Return the solver with so many places of rows; the one before, where it is the same otherwise."""
+        solver, known = self._solver, self._solvers
+        known[len(solver.places)] = solver
+        while len(known) > _ORDERS:
+            del known[next(iter(known))]
+        found = known.get(places)
+        if found is not None and _same(found._replace(places=solver.places), solver):
+            found.places[:] = -1
+            return found
+        return solver._replace(places=np.full(places, -1, np.int32))
+
+
+def _number_places(
+    order: list[tuple[int, int]], slot: np.ndarray, limit_slot: np.ndarray, equality_slot: np.ndarray
+) -> int:
+    """Write the first row of each motor, limit and equality, -1 for none; return the number of rows."""
+    for values in (slot, limit_slot, equality_slot):
+        values[:] = -1
+    places = 0
+    for index, kind in order:
+        if kind == EQUALITY:
+            equality_slot[index] = places
+            places += r.EQUALITY_ROWS
+        elif kind == LIMIT:
+            limit_slot[index] = places
+            places += 2
+        else:
+            slot[index] = places
+            places += 1
+    return places
 
 
 def _same(one: tuple[Any, ...], other: tuple[Any, ...] | None) -> bool:
@@ -433,6 +487,12 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.Solv
         change=np.zeros(nv),
         wrenches=np.zeros((bodies, 6)),
     )
+
+
+@cache
+def _no_solver() -> r.Solver:
+    """Return arrays for no rows, which nothing is written into."""
+    return _solver(0, 0, 0, 0, 0)
 
 
 def _aligned(count: int) -> np.ndarray:

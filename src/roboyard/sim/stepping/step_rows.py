@@ -83,6 +83,8 @@ class StepRows:
         self.is_direct = self._block is not None
         """Whether `rows` and `contacts` are MuJoCo's block, in which loops find the arrays themselves."""
         self.contacts = _NO_CONTACTS
+        self.own_records: Any = None
+        """Rows that are made instead of MuJoCo's, with the contacts; see `ContactRows`."""
         self._degrees, self._is_sparse = degrees, int(is_sparse)
         self.search = self._passed_arrays()
         """Where compiled loops look for contacts and rows, if `is_direct`."""

@@ -220,7 +220,8 @@ class Surfaces:
         self._damping[key] = values
         if self._damping_rows is not None and self._world.takes_numbers():
             self._damping_rows[link.body.mujoco_ids[link.index]] = values
-        self._world.refresh_stepping()
+        if not self._world.is_stale:  # a compile does so
+            self._world.refresh_stepping()
 
     def forget(self, body_id: int) -> None:
         """Remove the settings of a body that is removed."""

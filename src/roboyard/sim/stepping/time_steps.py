@@ -32,6 +32,8 @@ from roboyard.transforms import Array
 kernels = lazy_module("roboyard.sim.stepping.kernels")
 effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
 
+_ROWS = "rows of a step"
+"""Name in `Engine.of_arrays`."""
 log = LazyLogger("roboyard.simulation")
 
 
@@ -522,7 +524,12 @@ class Stepping:
         largest = self._world.profile.largest_velocity
         limits = None if largest is None else self._gather_limits(model, largest)
         self.in_turn.bound_velocities(limits)
-        found = StepRows(data, model.nv, is_sparse=bool(mujoco.mj_isSparse(model)))
+        made = self._world.of_arrays
+        found = made.get(_ROWS)
+        if found is None or not found.is_direct:
+            found = made[_ROWS] = StepRows(data, model.nv, is_sparse=bool(mujoco.mj_isSparse(model)))
+        else:
+            found.counts_now()
         return model.opt, found, data.qvel, data.qacc, limits, model.nu > 0, model.nhfield > 0
 
     def _gather_limits(self, model: Any, usual: float) -> np.ndarray:

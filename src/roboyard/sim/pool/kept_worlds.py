@@ -1,0 +1,155 @@
+"""The compiled world of the last episode: a world that is built from the same plans takes it over.
+
+Programs that learn reset their world thousands of times and build it again from the same files. MuJoCo takes
+0.3 ms to compile the smallest spec, as long to make an MjData, and longer to free both: more than all else of
+such a reset. What a world's first compile was made from, its key, is therefore compared with that of the
+world before. The second time that it is the same, the numbers of the compiled model are copied; from the
+third time on, spec, model and data are taken over, and the model gets those numbers back, so that nothing of
+what happened in between is left.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from roboyard._mujoco import mujoco
+from roboyard._records import dataclass
+from roboyard.sim.build.inverse_weights import bound_inverse_weights
+from roboyard.sim.build.mesh_assets import MeshAssets
+from roboyard.sim.build.planned import PlannedBody
+from roboyard.sim.build.records import Built
+from roboyard.transforms import to_wxyz
+
+MOST_BYTES = 64 * 2**20
+"""Size of a model from which on it is not kept."""
+
+
+@dataclass(kw_only=True, slots=True, eq=False)
+class CompileKey:
+    """The input of a first compile."""
+
+    bodies: tuple[PlannedBody, ...]
+    settings: tuple[Any, ...]
+    """All else, by value: options of the spec, and what else is in it."""
+
+    def is_like(self, other: CompileKey) -> bool:
+        """Return whether both lead to the same model but for the places of root links."""
+        return (
+            len(self.bodies) == len(other.bodies)
+            and self.settings == other.settings
+            and all(one.is_like(two) for one, two in zip(self.bodies, other.bodies, strict=True))
+        )
+
+
+@dataclass(kw_only=True, slots=True, eq=False)
+class KeptWorld:
+    """A compiled spec as it was right after its first compile."""
+
+    key: CompileKey
+    spec: Any
+    assets: MeshAssets
+    built: tuple[Built, ...]
+    """The elements of all bodies."""
+    extras: Any
+    """Elements of other parts of the world."""
+    model: Any
+    data: Any
+    of_arrays: dict[str, Any]
+    """Objects that worlds made of the arrays of both; see `Engine.of_arrays`."""
+    memory: np.ndarray
+    """The bytes of the model's arrays."""
+    numbers: np.ndarray
+    """A copy of them."""
+    inertia: float
+    """Mean inertia."""
+
+    def renew(self, bodies: Sequence[PlannedBody]) -> None:
+        """Give model and data the numbers of a compile with the root links at the places of these plans.
+
+        Only the extent of the scene, from which viewers choose where they look from, stays as it was.
+        """
+        model, data = self.model, self.data
+        self.memory[:] = self.numbers
+        model.stat.meaninertia = self.inertia
+        is_moved = False
+        for built, body, known in zip(self.built, bodies, self.key.bodies, strict=True):
+            element, joint, wxyz = built.links[0].element, built.free_joint, to_wxyz(body.quaternion)
+            element.pos, element.quat = body.position, wxyz  # which others may have moved since
+            if body.stands_as(known):
+                continue
+            is_moved, row = True, element.id
+            model.body_pos[row], model.body_quat[row] = body.position, wxyz
+            if joint is not None:
+                first = int(model.jnt_qposadr[joint.id])
+                for values in (model.qpos0, model.qpos_spring):
+                    values[first : first + 3], values[first + 3 : first + 7] = body.position, wxyz
+        mujoco.mj_resetData(model, data)
+        if is_moved:
+            mujoco.mj_setConst(model, data)
+            bound_inverse_weights(model)
+            mujoco.mj_resetData(model, data)
+
+
+@dataclass(kw_only=True, slots=True, eq=False)
+class FormerWorld:
+    """The rest of a world that another one replaces."""
+
+    key: CompileKey
+    kept: KeptWorld | None
+    """None where its key was the first of its kind."""
+
+
+def keep(
+    key: CompileKey,
+    spec: Any,
+    assets: MeshAssets,
+    built: Sequence[Built],
+    extras: Any,
+    model: Any,
+    data: Any,
+    of_arrays: dict[str, Any],
+) -> KeptWorld | None:
+    """Return a compiled world to be taken over later; None for one that is too large.
+
+    Args:
+        key: what it was compiled from.
+        spec: its spec, which must not change any more.
+        assets: meshes of the spec.
+        built: elements of all bodies.
+        extras: elements of other parts of the world.
+        model: its MjModel, just compiled.
+        data: its MjData.
+        of_arrays: the `Engine.of_arrays` of its world.
+    """
+    memory = memory_of(model)
+    if memory is None or memory.nbytes > MOST_BYTES:
+        return None
+    return KeptWorld(
+        key=key,
+        spec=spec,
+        assets=assets,
+        built=tuple(built),
+        extras=extras,
+        model=model,
+        data=data,
+        of_arrays=of_arrays,
+        memory=memory,
+        numbers=memory.copy(),
+        inertia=float(model.stat.meaninertia),
+    )
+
+
+def memory_of(model: Any) -> np.ndarray | None:
+    """Return (n,) bytes: all arrays of an MjModel, which MuJoCo has in one block; None if it has not."""
+    found = [getattr(model, name) for name in dir(type(model)) if not name.startswith("_")]
+    arrays = [values for values in found if isinstance(values, np.ndarray) and values.size]
+    arrays = [values for values in arrays if values.flags.c_contiguous and not values.flags.owndata]
+    first = min(values.ctypes.data for values in arrays)
+    size = max(values.ctypes.data + values.nbytes for values in arrays) - first
+    if size > model.nbuffer:
+        return None
+    return np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(first))

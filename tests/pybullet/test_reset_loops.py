@@ -1,0 +1,373 @@
+"""Loops that reset the simulation and build it again, against the same with every world compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from tests.pybullet.conftest import close_all
+
+import roboyard.pybullet as p
+from roboyard.pybullet.connections import CLIENTS
+from roboyard.pybullet.state import physics_scene
+from roboyard.sim import simulation
+from roboyard.sim.engine import Engine
+from roboyard.sim.pool.kept_worlds import KeptWorld
+from roboyard.sim.stepping import manifolds, sequential_motors
+
+PLANE = """<robot name="floor"><link name="floor"><contact><lateral_friction value="0.9"/></contact>
+<collision><geometry><plane normal="0 0 1"/></geometry></collision></link></robot>"""
+BOX = """<robot name="box"><link name="box"><inertial><mass value="0.3"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><box size="0.1 0.12 0.14"/></geometry></collision></link></robot>"""
+WEDGE = """v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"""
+ARM = """<robot name="arm">
+<link name="base"><inertial><mass value="2"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><mesh filename="wedge.obj"/></geometry></collision></link>
+<link name="upper"><inertial><origin xyz="0 0 0.1"/><mass value="0.5"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><origin xyz="0 0 0.1"/><geometry><capsule radius="0.03" length="0.1"/></geometry></collision>
+</link>
+<link name="fore"><inertial><mass value="0.2"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><sphere radius="0.05"/></geometry></collision></link>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
+<origin xyz="0.05 0.05 0.1"/><limit lower="-1" upper="1" effort="50" velocity="5"/></joint>
+<joint name="slider" type="prismatic"><parent link="upper"/><child link="fore"/><axis xyz="0 0 1"/>
+<origin xyz="0 0 0.25"/><limit lower="0" upper="0.1" effort="50" velocity="5"/></joint></robot>"""
+EPISODES = 6
+STEPS = 12
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> Iterator[Path]:
+    for name, text in (("plane.urdf", PLANE), ("box.urdf", BOX), ("arm.urdf", ARM), ("wedge.obj", WEDGE)):
+        (tmp_path / name).write_text(text)
+    yield tmp_path
+    close_all()
+
+
+def world(client: int | None = None) -> Any:
+    """Return the world of a client; of the first one by default."""
+    number = next(iter(CLIENTS)) if client is None else client
+    return cast(Any, CLIENTS[number]).scene.world
+
+
+Bodies = dict[str, int]
+Edit = Callable[[Bodies, int], Any]
+"""Called with the bodies and the number of the episode."""
+
+
+def build(files: Path, episode: int, *, moves: bool = False) -> Bodies:
+    shift = 0.013 * episode if moves else 0.0
+    turn = p.getQuaternionFromEuler([0.1, 0.2 + shift, 0.3])
+    shape = p.createCollisionShape(p.GEOM_SPHERE, radius=0.06)
+    return {
+        "plane": p.loadURDF(str(files / "plane.urdf"), useFixedBase=True),
+        "box": p.loadURDF(str(files / "box.urdf"), [shift, 0, 0.2], turn),
+        "arm": p.loadURDF(str(files / "arm.urdf"), [0.4, shift, 0], turn, useFixedBase=True),
+        "free": p.loadURDF(str(files / "arm.urdf"), [-0.4, shift, 0.3]),
+        "ball": p.createMultiBody(0.2, shape, basePosition=[0.02, 0.03 + shift, 0.4]),
+    }
+
+
+def trace(bodies: Bodies) -> list[Any]:
+    found: list[Any] = []
+    for body in bodies.values():
+        found += [p.getBasePositionAndOrientation(body), p.getBaseVelocity(body), p.getAABB(body)]
+        joints = range(p.getNumJoints(body))
+        found += [p.getJointStates(body, joints), p.getLinkStates(body, joints) if len(joints) else ()]
+        found += [p.getDynamicsInfo(body, link) for link in range(-1, len(joints))]
+        found.append([row[:7] for row in p.getVisualShapeData(body)])
+    found.append(p.getContactPoints())
+    found.append(p.rayTest([0.02, 0.03, 1], [0.02, 0.03, -1]))
+    return found
+
+
+def run(
+    files: Path, *, before: Edit | None = None, during: Edit | None = None, moves: bool = False
+) -> list[Any]:
+    p.connect(p.DIRECT)
+    found: list[Any] = []
+    for episode in range(EPISODES):
+        p.resetSimulation()
+        p.setGravity(0, 0, -9.8)
+        bodies = build(files, episode, moves=moves)
+        if before is not None:
+            found.append(before(bodies, episode))
+        for step in range(STEPS):
+            p.stepSimulation()
+            if during is not None and step == STEPS // 2:
+                found.append(during(bodies, episode))
+        found.append(trace({name: body for name, body in bodies.items() if name in bodies}))
+    found.append(world().spec.to_xml())
+    p.disconnect()
+    return found
+
+
+@pytest.fixture
+def taken(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The numbers of bodies of the worlds that were taken over."""
+    found: list[int] = []
+    renew = KeptWorld.renew
+
+    def noted(self: KeptWorld, bodies: Any) -> None:
+        found.append(len(bodies))
+        renew(self, bodies)
+
+    monkeypatch.setattr(KeptWorld, "renew", noted)
+    return found
+
+
+def agree(files: Path, monkeypatch: pytest.MonkeyPatch, **arguments: Any) -> None:
+    reused = run(files, **arguments)
+    with monkeypatch.context() as patch:
+        patch.setattr(Engine, "_compile_key", lambda _: None)
+        patch.setattr(simulation, "plan", lambda *_: None)
+        assert reused == run(files, **arguments)
+
+
+@pytest.mark.parametrize("moves", [False, True])
+def test_a_repeated_world_is_taken_over_and_moves_alike(
+    files: Path, monkeypatch: pytest.MonkeyPatch, taken: list[int], moves: bool
+) -> None:
+    agree(files, monkeypatch, moves=moves)
+    assert len(taken) == EPISODES - 3  # the first sees the meshes, two more that the key is the same
+
+
+def change_dynamics(bodies: Bodies, episode: int) -> None:
+    p.changeDynamics(bodies["box"], -1, lateralFriction=0.2 + 0.1 * episode, restitution=0.4)
+    p.changeDynamics(bodies["arm"], 1, mass=0.4 + 0.1 * episode, linearDamping=0.1)
+    p.changeDynamics(bodies["plane"], -1, lateralFriction=0.3, spinningFriction=0.01 * episode)
+    p.changeDynamics(
+        bodies["free"], 0, mass=1.0, rollingFriction=0.02, contactStiffness=4e3, contactDamping=9
+    )
+
+
+def change_some_dynamics(bodies: Bodies, episode: int) -> None:
+    if episode % 2:
+        change_dynamics(bodies, episode)
+
+
+def change_mass_by_machine_code(bodies: Bodies, episode: int) -> None:
+    for k in range(6):
+        p.changeDynamics(bodies["box"], -1, mass=0.3 + 0.1 * k + 0.01 * episode)
+        p.changeDynamics(bodies["box"], -1, lateralFriction=0.3 + 0.1 * k + 0.01 * episode)
+
+
+def free_a_base(bodies: Bodies, episode: int) -> None:
+    if episode == 4:
+        p.changeDynamics(bodies["arm"], -1, mass=1.0)
+
+
+def reset_joints(bodies: Bodies, episode: int) -> None:
+    p.resetJointState(bodies["arm"], 0, 0.1 * episode, 0.2)
+    p.resetJointState(bodies["free"], 1, 0.05)
+    p.resetBaseVelocity(bodies["free"], [0.1, 0, 0], [0, 0, 0.3])
+
+
+def move_bases(bodies: Bodies, episode: int) -> None:
+    p.resetBasePositionAndOrientation(bodies["arm"], [0.4, 0.1 * episode, 0.02], [0, 0, 0.6, 0.8])
+    p.resetBasePositionAndOrientation(bodies["box"], [0.1, 0.01 * episode, 0.5], [0, 0.6, 0, 0.8])
+
+
+def set_motors(bodies: Bodies, episode: int) -> None:
+    p.setJointMotorControl2(bodies["arm"], 0, p.POSITION_CONTROL, 0.3, force=20.0 + episode)
+    p.setJointMotorControl2(bodies["arm"], 1, p.VELOCITY_CONTROL, targetVelocity=0.1, force=5)
+    p.setJointMotorControl2(bodies["free"], 0, p.VELOCITY_CONTROL, force=0)
+    p.setJointMotorControl2(bodies["free"], 0, p.TORQUE_CONTROL, force=0.2)
+
+
+def constrain(bodies: Bodies, episode: int) -> None:
+    if episode != 3:
+        p.createConstraint(
+            *(
+                bodies["box"],
+                -1,
+                -1,
+                -1,
+                p.JOINT_POINT2POINT,
+                [0, 0, 0],
+                [0, 0, 0],
+                [0, 0, 0.3 + 0.01 * episode],
+            )
+        )
+
+
+def change_settings(bodies: Bodies, episode: int) -> None:
+    del bodies
+    p.setGravity(0, 0.1 * episode, -5)
+    p.setTimeStep(1 / 240 if episode % 2 else 1 / 500)
+    p.setPhysicsEngineParameter(numSolverIterations=20 + episode, erp=0.1 + 0.01 * (episode % 3))
+
+
+def filter_collisions(bodies: Bodies, episode: int) -> None:
+    p.setCollisionFilterGroupMask(bodies["ball"], -1, 0, 0)
+    p.setCollisionFilterPair(bodies["box"], bodies["plane"], -1, -1, int(episode < 4))
+
+
+def filter_in_between(bodies: Bodies, episode: int) -> None:
+    p.setCollisionFilterPair(bodies["ball"], bodies["box"], -1, -1, episode % 2)
+
+
+def color(bodies: Bodies, episode: int) -> None:
+    p.changeVisualShape(bodies["box"], -1, rgbaColor=[0.1 * episode, 0, 0, 1])
+    p.addUserDebugLine([0, 0, 0], [0, 0, 1 + episode])
+    p.addUserData(bodies["box"], "key", str(episode))
+
+
+def limit(bodies: Bodies, episode: int) -> None:
+    p.changeDynamics(bodies["arm"], 0, jointLowerLimit=-0.05 * episode, jointUpperLimit=0.05)
+    p.changeDynamics(bodies["free"], 1, jointDamping=0.1 * episode)
+
+
+def add_another(bodies: Bodies, episode: int) -> None:
+    if episode != 3:
+        shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05, 0.05, 0.05])
+        bodies["more"] = p.createMultiBody(0.1, shape, basePosition=[0.3, 0.3, 0.5])
+
+
+def remove_the_ball(bodies: Bodies, episode: int) -> None:
+    if episode % 3 == 0:
+        p.removeBody(bodies.pop("ball"))
+
+
+def push(bodies: Bodies, episode: int) -> None:
+    p.applyExternalForce(bodies["box"], -1, [3.0 + episode, 0, 0], [0, 0, 0], p.LINK_FRAME)
+    p.enableJointForceTorqueSensor(bodies["arm"], 0, 1)
+
+
+def save_and_restore(bodies: Bodies, episode: int) -> None:
+    state = p.saveState()
+    p.changeDynamics(bodies["box"], -1, lateralFriction=0.9)
+    p.stepSimulation()
+    p.restoreState(state)
+    del episode
+
+
+EDITS = [
+    change_dynamics, change_some_dynamics, change_mass_by_machine_code, free_a_base, reset_joints, move_bases,
+    set_motors, constrain, change_settings, filter_collisions, filter_in_between, color, limit, add_another,
+    remove_the_ball, push, save_and_restore,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit.__name__)
+@pytest.mark.parametrize("when", ["before", "during"])
+def test_nothing_of_an_episode_reaches_the_next(
+    files: Path, monkeypatch: pytest.MonkeyPatch, edit: Edit, when: str
+) -> None:
+    arguments: dict[str, Any] = {when: edit}
+    if edit is change_mass_by_machine_code:
+        for _ in range(6):
+            run(files, **arguments)  # until machine code, which rounds otherwise, makes all changes
+    agree(files, monkeypatch, **arguments)
+
+
+def test_changes_of_single_episodes_do_not_end_it(
+    files: Path, monkeypatch: pytest.MonkeyPatch, taken: list[int]
+) -> None:
+    for edit in (reset_joints, set_motors, change_settings, push, move_bases):
+        taken.clear()
+        agree(files, monkeypatch, during=edit)
+        assert len(taken) >= EPISODES - 3, edit.__name__
+
+
+def test_another_file_of_the_same_name_is_read(files: Path, taken: list[int]) -> None:
+    p.connect(p.DIRECT)
+
+    def height() -> float:
+        p.resetSimulation()
+        p.setGravity(0, 0, -10)
+        p.loadURDF(str(files / "plane.urdf"), useFixedBase=True)
+        arm = p.loadURDF(str(files / "arm.urdf"), [0, 0, 0.3])
+        for _ in range(240):
+            p.stepSimulation()
+        return p.getAABB(arm, -1)[1][2] - p.getAABB(arm, -1)[0][2]
+
+    before = [height() for _ in range(4)]
+    assert taken
+    assert len({*before}) == 1
+    (files / "wedge.obj").write_text(WEDGE.replace("0.1", "0.15"))
+    assert height() > before[0] + 0.03
+
+
+def test_bodies_that_are_removed_before_a_step_leave_nothing(client: int, files: Path) -> None:
+    build(files, 0)
+    for _ in range(5):
+        made = p.loadURDF(str(files / "box.urdf"), [0, 0, 0.6])
+        p.changeDynamics(made, -1, lateralFriction=0.3)
+        p.resetBasePositionAndOrientation(made, [0, 0, 0.7], [0, 0, 0, 1])
+        assert p.getBasePositionAndOrientation(made)[0] == (0, 0, 0.7)
+        p.removeBody(made)
+    assert p.getNumBodies() == 5
+    p.stepSimulation()
+    assert world().live_model.nbody == 1 + 1 + 1 + 3 + 3 + 1
+    assert world().spec.to_xml().count('<body name="box') == 1
+
+
+def test_worlds_of_two_clients_are_apart(files: Path) -> None:
+    one, two = p.connect(p.DIRECT), p.connect(p.DIRECT)
+    boxes = {}
+    for _ in range(5):
+        for client, height in ((one, 0.3), (two, 0.5)):
+            p.resetSimulation(physicsClientId=client)
+            boxes[client] = p.loadURDF(str(files / "box.urdf"), [0, 0, height], physicsClientId=client)
+            p.stepSimulation(physicsClientId=client)
+        assert p.getBasePositionAndOrientation(boxes[one], physicsClientId=one)[0] == (0, 0, 0.3)
+        assert p.getBasePositionAndOrientation(boxes[two], physicsClientId=two)[0] == (0, 0, 0.5)
+    models = {id(world(number).live_model) for number in CLIENTS}
+    assert len(models) == 2
+
+
+def test_the_first_changed_world_is_compiled_again(client: int, files: Path, taken: list[int]) -> None:
+    def episode(count: int) -> int:
+        p.resetSimulation()
+        for k in range(count):
+            p.loadURDF(str(files / "box.urdf"), [0.2 * k, 0, 1])
+        p.stepSimulation()
+        return int(world().live_model.nbody) - 1
+
+    assert [episode(count) for count in (2, 2, 2, 3, 2, 2, 2)] == [2, 2, 2, 3, 2, 2, 2]
+    assert taken == [2, 2]
+    assert np.isfinite(p.getBasePositionAndOrientation(0)[0]).all()
+
+
+def create_and_remove(files: Path) -> list[Any]:
+    p.connect(p.DIRECT)
+    p.setGravity(0, 0, -9.8)
+    bodies, found = build(files, 0), []
+    shapes = [p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05, 0.05, size]) for size in (0.05, 0.06)]
+    for k in range(16):
+        made = p.createMultiBody(0.1, shapes[k % 2], basePosition=[0.05, 0.02, 0.6])
+        if k % 3:
+            p.changeDynamics(bodies["box"], -1, collisionMargin=0.001 * (k % 4))
+        held = p.createConstraint(
+            *(bodies["box"], -1, made if k % 4 == 1 else -1, -1, p.JOINT_POINT2POINT),
+            *([0, 0, 0], [0, 0, 0], [0, 0, 0.2]),
+        )
+        p.stepSimulation()
+        found.append(trace({**bodies, "made": made}))
+        p.removeConstraint(held)
+        if k % 5 == 4:
+            p.stepSimulation()
+        p.removeBody(made)
+        found.append(p.getContactPoints())
+        p.stepSimulation()
+        found.append(trace(bodies))
+    p.disconnect()
+    return found
+
+
+def test_sets_of_bodies_that_come_again_move_alike(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Arrays that are kept for such sets, against arrays that are made each time."""
+    create_and_remove(files)
+    kept = create_and_remove(files)
+    monkeypatch.setattr(manifolds, "_SETS", 0)
+    monkeypatch.setattr(physics_scene, "_SHAPE_SETS", 0)
+    monkeypatch.setattr(sequential_motors, "_ORDERS", 0)
+    assert create_and_remove(files) == kept

@@ -1,0 +1,197 @@
+"""A compiled world that is taken over against one that is compiled, number by number."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from roboyard.description.model import (
+    Box,
+    Capsule,
+    Collision,
+    Inertial,
+    Joint,
+    Limit,
+    Link,
+    Mesh,
+    Pose,
+    RobotDescription,
+)
+from roboyard.shapes.mesh import TriangleMesh
+from roboyard.sim import objects
+from roboyard.sim.physics_profile import BULLET
+from roboyard.sim.pool import kept_worlds
+from roboyard.sim.pool.kept_worlds import memory_of
+from roboyard.sim.world import World
+
+BOX = objects.box([0.1, 0.2, 0.3], mass=0.7, rgba=objects.GREY, friction=None, name="box")
+WEDGE = Mesh(
+    uri="wedge",
+    path=None,
+    data=TriangleMesh(
+        vertices=np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.2, 0], [0, 0, 0.1]], float),
+        faces=np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], np.int32),
+    ),
+)
+INERTIAL = Inertial(
+    mass=1.3,
+    origin=Pose(position=(0.01, 0.02, 0.03), quaternion=(0.1, 0.2, 0.3, np.sqrt(1 - 0.14))),
+    inertia=(0.02, 0.0, 0.0, 0.03, 0.0, 0.04),
+)
+ARM = RobotDescription(
+    name="arm",
+    links=(
+        Link(name="base", inertial=INERTIAL, collisions=(Collision(geometry=WEDGE),)),
+        Link(name="upper", inertial=INERTIAL, collisions=(Collision(geometry=Box(size=(0.1, 0.1, 0.2))),)),
+        Link(
+            name="fore", inertial=INERTIAL, collisions=(Collision(geometry=Capsule(radius=0.1, length=0.3)),)
+        ),
+    ),
+    joints=(
+        Joint(
+            name="one",
+            type="revolute",
+            parent="base",
+            child="upper",
+            axis=(0.0, 0.6, 0.8),
+            origin=Pose(position=(0.1, 0.0, 0.2)),
+            limit=Limit(lower=-1.0, upper=1.0, effort=1.0, velocity=1.0),
+        ),
+        Joint(name="two", type="spherical", parent="upper", child="fore", origin=Pose(position=(0.3, 0, 0))),
+    ),
+)
+
+
+def world(former: Any = None) -> World:
+    made = World(profile=BULLET, visual_geoms=False)
+    made.is_kept, made.former = True, former
+    return made
+
+
+def fill(made: World, places: np.ndarray, *, fixed: bool = False) -> World:
+    for description, place in zip((BOX, ARM, ARM, BOX), places, strict=True):
+        is_fixed = fixed and description is ARM
+        made.add_description(description, place[:3], place[3:], fixed_base=is_fixed, drives=False)
+    bodies = made.bodies
+    made.filters.set(bodies[0].links[0], bodies[1].links[2], collide=False)
+    bodies[1].links[1].set_friction(sliding=0.3, rolling=0.01)
+    made.ensure_compiled()
+    return made
+
+
+def numbers(owner: Any) -> dict[str, Any]:
+    found = {name: getattr(owner, name) for name in dir(type(owner)) if not name.startswith("_")}
+    kinds = (np.ndarray, float, int)
+    return {name: np.array(value) for name, value in found.items() if isinstance(value, kinds)}
+
+
+def differing(one: Any, other: Any) -> list[str]:
+    ours, theirs = numbers(one), numbers(other)
+    assert ours.keys() == theirs.keys()
+    return [name for name in ours if not np.array_equal(ours[name], theirs[name], equal_nan=True)]
+
+
+def places(seed: int) -> np.ndarray:
+    drawn = np.random.default_rng(seed)
+    quaternions = drawn.normal(size=(4, 4))
+    quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
+    return np.concatenate([drawn.normal(size=(4, 3)), quaternions], axis=1)
+
+
+def disturb(made: World) -> None:
+    """Change all that steps, and numbers of the model that programs change, without touching the spec."""
+    made.step(5)
+    made.bodies[0].set_velocity([1, 2, 3], [4, 5, 6])
+    made.bodies[1].joint("one").velocity = 0.3
+    made.gravity, made.timestep = (1, 2, -3), 0.004
+    made.step(5)
+    memory = memory_of(made.live_model)
+    assert memory is not None
+    model = made.live_model
+    model.geom_friction[:] = 7.0
+    model.body_mass[1:] *= 3.0
+    model.qpos0[:] += 0.1
+    model.stat.meaninertia = 17.0
+    made.mark_inertia_changed()
+    made.step(1)
+
+
+@pytest.mark.parametrize("fixed", [False, True])
+@pytest.mark.parametrize("moves", [False, True])
+def test_a_world_that_is_taken_over_has_the_numbers_of_a_compile(moves: bool, fixed: bool) -> None:
+    former, kept = None, []
+    for episode in range(6):  # meshes are built at once the first time, and two worlds are compared
+        at = places(episode if moves else 0)
+        made = fill(world(former), at, fixed=fixed)
+        fresh = fill(World(profile=BULLET, visual_geoms=False), at, fixed=fixed)
+        assert differing(made.live_model, fresh.live_model) == []
+        assert differing(made.live_model.opt, fresh.live_model.opt) == []
+        viewed = {"center", "extent", "meansize"} if moves else set()  # of the bodies' places, for viewers
+        assert {*differing(made.live_model.stat, fresh.live_model.stat)} <= viewed
+        assert differing(made.live_data, fresh.live_data) == []
+        disturb(made)
+        kept.append(made.live_model)
+        former = made.retire()
+        made.release()
+    assert kept[-3] is kept[-2] is kept[-1]
+
+
+def test_a_changed_spec_is_not_taken_over() -> None:
+    for change in (
+        lambda made: made.spec,
+        lambda made: made.model,
+        lambda made: made.data,
+        lambda made: made.remove(made.bodies[0]),
+        lambda made: made.add_box([1, 1, 1]),
+        lambda made: setattr(made.bodies[0].links[0], "friction", 0.2),
+        lambda made: made.bodies[1].joint("one").set_limits(-0.1, 0.1),
+        lambda made: setattr(made.bodies[1].joint("one"), "damping", 0.3),
+        lambda made: setattr(made.bodies[1].joint("one"), "armature", 0.3),
+        lambda made: made.bodies[0].links[0].set_frictionless(),
+        lambda made: made.bodies[0].links[0].set_inertial(Inertial(mass=2.0, inertia=(1, 0, 0, 1, 0, 1))),
+        lambda made: made.constraints.add_point(made.bodies[0].links[0], None),
+        lambda made: made.filters.set(made.bodies[0].links[0], made.bodies[2].links[0], collide=False),
+    ):
+        made = fill(world(), places(0))
+        made.step()
+        change(made)
+        made.step()
+        assert made.retire() is None
+
+
+def test_large_models_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kept_worlds, "MOST_BYTES", 100)
+    former = None
+    for _ in range(4):
+        made = fill(world(former), places(0))
+        former = made.retire()
+        assert former is None or former.kept is None
+
+
+def test_other_settings_are_compiled_again() -> None:
+    former = None
+    for _ in range(4):
+        made = fill(world(former), places(0))
+        former = made.retire()
+    assert former is not None
+    assert former.kept is not None
+    kept = former.kept.model
+    other = world(former)
+    other.solver = "cg"
+    assert fill(other, places(0)).live_model is not kept
+    again = fill(world(former), places(0))
+    assert again.live_model is kept
+
+
+def test_the_arrays_of_a_model_are_one_block() -> None:
+    made = fill(world(), places(0))
+    memory = memory_of(made.live_model)
+    assert memory is not None
+    before = made.live_model.geom_friction.copy()
+    copy = memory.copy()
+    for values in (made.live_model.geom_friction, made.live_model.qpos0, made.live_model.names_map):
+        values[:] = 3
+    memory[:] = copy
+    assert np.array_equal(made.live_model.geom_friction, before)
