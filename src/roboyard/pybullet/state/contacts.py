@@ -147,7 +147,7 @@ class LastStep:
         self._removed: set[int] = set()
         """Bodies that were removed since then."""
         self.listed: tuple[tuple[Any, ...], list[Contact]] | None = None
-        """What MuJoCo's arrays had when they were last read, and the contacts in them."""
+        """The contents of MuJoCo's arrays when they were last read, and the contacts in them."""
         self.filtered: dict[Place, None] = {}
         """Links whose contacts are forgotten: a new filter lets Bullet find their pairs again in the next
         step."""
