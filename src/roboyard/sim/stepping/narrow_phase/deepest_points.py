@@ -15,13 +15,15 @@ from roboyard.sim.stepping.narrow_phase.closest_points import (
     PART,
     SECOND,
     SIMPLEX,
+    TRIANGLE,
     farthest,
     nearest_on_face,
 )
 from roboyard.sim.stepping.narrow_phase.closest_points import WORK as SEARCHED
 
 MOST_CORNERS, MOST_FACES = 96, 400
-"""Of the polytope; a search that needs more of them, as of round shapes, ends with the nearest one."""
+"""Of the polytope; a search that needs more of them, as of round shapes, ends. For a triangle it takes the
+nearest face so far then."""
 CORNERS, FACES = SEARCHED, SEARCHED + 9 * MOST_CORNERS
 """Places in the work array: of corners, each a difference and the two points; of faces, each three corners,
 the normal, the distance from 0 and 1, or 0 for one that is gone."""
@@ -73,13 +75,17 @@ def deepest_points(type_a, type_b, hulls, spans, a, b, work):  # pragma: no cove
         work[x + 3], work[x + 4], work[x + 5] = px, py, pz
         work[x + 6], work[x + 7], work[x + 8] = qx, qy, qz
         after = move_out(work, faces, corners)
-        if after < 0:  # there is no more room: the nearest face is as far out as it is known to be
+        if after < 0:
+            if type_b != TRIANGLE:
+                return 1.0
             work[at + 7] = 1.0
             break
         faces = after
         corners += 1
         best = nearest_face(work, faces)
-    return write_way(work, faces, best) if best >= 0 else 1.0
+    if best < 0 or (corners == MOST_CORNERS and type_b != TRIANGLE):
+        return 1.0
+    return write_way(work, faces, best)
 
 
 def nearest_face(work, faces):  # pragma: no cover
