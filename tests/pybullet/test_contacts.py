@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import roboyard.pybullet as p
+from roboyard.pybullet.api import contact_points
 
 
 def _body(kind: int, mass: float, height: float, **size: object) -> int:
@@ -210,3 +212,51 @@ def test_contacts_asked_for_once_more_are_those_of_the_present(client: int) -> N
     p.resetBasePositionAndOrientation(balls[0], [-0.5, 0, 3], [0, 0, 0, 1])
     p.performCollisionDetection()
     assert {row[1:3] for row in p.getContactPoints()} in ({(balls[1], floor)}, {(floor, balls[1])})
+
+
+def test_contacts_are_listed_as_those_that_are_kept(client: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In all ways of asking, of shapes of all kinds, older and newer than what they touch."""
+    p.setGravity(0, 0, -9.81)
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3)
+    pair = p.createCollisionShapeArray(
+        [p.GEOM_BOX, p.GEOM_SPHERE],
+        radii=[0.1, 0.1],
+        halfExtents=[[0.1, 0.1, 0.1]] * 2,
+        collisionFramePositions=[[0, 0, 0], [0.2, 0, 0]],
+    )
+    first = p.createMultiBody(1, box, basePosition=[0, 0, 0.3])
+    floor = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    second = p.createMultiBody(1, box, basePosition=[0.03, 0.02, 0.1])
+    both = p.createMultiBody(2, pair, basePosition=[0, 0.5, 0.11], baseOrientation=[0, 0, 0.1, 0.995])
+    chain = p.createMultiBody(
+        1,
+        box,
+        basePosition=[0, -0.5, 0.1],
+        linkMasses=[0.5],
+        linkCollisionShapeIndices=[box],
+        linkVisualShapeIndices=[-1],
+        linkPositions=[[0.3, 0, 0]],
+        linkOrientations=[[0, 0, 0, 1]],
+        linkInertialFramePositions=[[0, 0, 0]],
+        linkInertialFrameOrientations=[[0, 0, 0, 1]],
+        linkParentIndices=[0],
+        linkJointTypes=[p.JOINT_FIXED],
+        linkJointAxis=[[0, 0, 1]],
+    )
+    for _ in range(20):
+        p.stepSimulation()
+    asked = [{}, {"linkIndexA": -1}, {"bodyA": chain, "linkIndexA": 0}, {"bodyB": second, "linkIndexB": -1}]
+    asked += [{"bodyA": a} for a in (first, floor, second, both, chain)]
+    asked += [{"bodyA": a, "bodyB": b} for a in (first, floor, both) for b in (second, floor, chain)]
+
+    def listed() -> list[tuple[Any, ...]]:
+        return [p.getContactPoints(**given) for given in asked]
+
+    found = listed()
+    monkeypatch.setattr(contact_points, "contacts_between", lambda *_: None)
+    assert len(found[0]) > 12 and sum(map(bool, found)) > 10
+    for one, other in zip(found, listed(), strict=True):
+        assert [row[:5] for row in one] == [row[:5] for row in other]
+        for row, kept in zip(one, other, strict=True):
+            assert [type(value) for value in row] == [type(value) for value in kept]
+            np.testing.assert_allclose(np.hstack(row[5:]), np.hstack(kept[5:]), atol=1e-12)

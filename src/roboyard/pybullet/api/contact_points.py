@@ -12,7 +12,7 @@ import numpy as np
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
-from roboyard.pybullet.state.contacts import ANY_LINK, Place, Point, touching
+from roboyard.pybullet.state.contacts import ANY_LINK, Place, Point, contacts_between, touching
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -42,6 +42,9 @@ def getContactPoints(
         direction, twice. Friction acts on the body that Bullet lists first (see `contact_order`).
     """
     wanted = whole(bodyA), whole(bodyB), whole(linkIndexA), whole(linkIndexB)
+    found = contacts_between(client.scene, wanted)
+    if found is not None:
+        return found
     rows = [_selected(pair, point, wanted) for pair, point in touching(client.scene)]
     return tuple([row for row in rows if row is not None]) if rows else ()
 

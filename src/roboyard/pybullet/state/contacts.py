@@ -7,12 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
 from roboyard.pybullet.bullet_rules.contact_order import kind_of, tangents
+from roboyard.pybullet.bullet_rules.models import BodyModel
+from roboyard.pybullet.state.body_records import of_model
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.sim.queries.contacts import ContactArrays
+
+kernels = lazy_module("roboyard.pybullet.state.state_kernels")
 
 Point = tuple[Any, ...]
 Place = tuple[int, int]
@@ -31,10 +36,41 @@ def touching(scene: Any) -> Iterable[Contact]:
     elif scene.world.is_stale or scene.world.live_data.ncon == 0:
         return ()
     else:
-        found = _listed(scene)
+        found = _rows_of(_look_at(scene))
     if last.filtered:
         return [row for row in found if last.filtered.keys().isdisjoint(row[0])]
     return found
+
+
+def contacts_between(scene: Any, wanted: tuple[int, int, int, int]) -> tuple[Point, ...] | None:
+    """Return the rows of getContactPoints for bodies A and B and their links, -1 and `ANY_LINK` for all.
+
+    None where contacts were kept, links were filtered since, or soft bodies touch something; see `touching`.
+    """
+    last, world = scene.last_step, scene.world
+    if last.filtered or world.is_stale or last.contacts is not None:
+        return None
+    data = world.live_data
+    count = data.ncon
+    if not count:
+        return ()
+    places = last.places()
+    if places is None:
+        return None
+    contact = data.contact
+    numbers, links = np.empty((count, 19)), np.empty((count, 4), np.int64)
+    found = kernels().list_contacts(
+        *(contact.pos, contact.frame, contact.dist, world.contact_forces(), contact.geom, places),
+        *(scene.contact_reaches(), float(scene.parts), *wanted, numbers, links),
+    )
+    return tuple(
+        [
+            (0, a, b, c, d, (e, f, g), (h, i, j), (k, m, n), o, p, q, (r, s, t), u, (v, w, x))
+            for (a, b, c, d), (e, f, g, h, i, j, k, m, n, o, p, q, r, s, t, u, v, w, x) in zip(
+                links[:found].tolist(), numbers[:found].tolist(), strict=True
+            )
+        ]
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,17 +100,6 @@ def _look_at(scene: Any) -> _Seen:
         records=scene.records(),
         parts=scene.parts,
     )
-
-
-def _listed(scene: Any) -> list[Contact]:
-    """Return the contacts in MuJoCo's arrays; scripts ask once for each foot, so they are kept meanwhile."""
-    seen, last = _look_at(scene), scene.last_step
-    arrays = seen.arrays
-    asked = arrays.position, arrays.frame, arrays.distance, arrays.force, seen.geoms
-    key = (scene.world.revision, seen.parts, *[array.tobytes() for array in asked])
-    if last.listed is None or last.listed[0] != key:
-        last.listed = key, list(_rows_of(seen))
-    return last.listed[1]
 
 
 def _rows_of(seen: _Seen) -> Iterator[Contact]:
@@ -136,6 +161,10 @@ def _point(
     )  # fmt: skip
 
 
+def _kinds_of(model: BodyModel) -> list[int]:
+    return [kind_of(link) for link in model.links]
+
+
 class LastStep:
     """The contacts, motor efforts and reactions of the last step, from the first later edit on."""
 
@@ -146,8 +175,8 @@ class LastStep:
         """Kept contacts, until they are looked at."""
         self._removed: set[int] = set()
         """Bodies that were removed since then."""
-        self.listed: tuple[tuple[Any, ...], list[Contact]] | None = None
-        """The contents of MuJoCo's arrays when they were last read, and the contacts in them."""
+        self._places: tuple[int, np.ndarray | None] | None = None
+        """Revision of the world, and links of its geoms."""
         self.filtered: dict[Place, None] = {}
         """Links whose contacts are forgotten: a new filter lets Bullet find their pairs again in the next
         step."""
@@ -166,6 +195,20 @@ class LastStep:
     def contacts(self, rows: list[Contact] | None) -> None:
         self._contacts, self._seen = rows, None
         self._removed.clear()
+
+    def places(self) -> np.ndarray | None:
+        """Return body, link, kind and id in the World of all geoms, (ngeom, 4); None with soft bodies."""
+        world = self._scene.world
+        known = self._places
+        if known is None or known[0] != world.revision:
+            model = world.live_model
+            found = np.full((model.ngeom, 4), -1, np.int32)
+            for record in self._scene.bodies.values():
+                kinds = of_model(record.model, "kinds", _kinds_of)
+                for link, rows in enumerate(record.body.geom_rows):
+                    found[rows] = record.number, link - 1, kinds[link], record.body.id
+            known = self._places = world.revision, None if model.nflex else found
+        return known[1]
 
     def keep(self) -> None:
         """Keep what MuJoCo's arrays hold of the last step, before these are replaced."""

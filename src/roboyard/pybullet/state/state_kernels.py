@@ -1,4 +1,4 @@
-"""Compiled reading of link and joint states."""
+"""Compiled reading of the states of links and joints, and of contacts."""
 
 from __future__ import annotations
 
@@ -9,6 +9,16 @@ import numpy as np
 from roboyard._records import NamedTuple
 from roboyard.native import Bundle, compiled, record
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
+
+NUMBER, LINK, KIND, ID, PLACES = range(5)
+"""Columns of what is known of a geom: its body's number, its link, -1 for the base, the link's kind of
+shapes, and the body's id in the World."""
+ON_A, ON_B, NORMAL, DISTANCE, PUSHING = 0, 3, 6, 9, 10
+ACROSS, FIRST, ALONG, SECOND, NUMBERS = 11, 12, 15, 16, 19
+"""Numbers of a contact: points on A and B (m), normal on B, distance (m), normal force (N), and friction (N)
+and its direction, twice."""
+ANY_LINK = -2
+_NEARLY_FLAT = float(np.sqrt(0.5))
 
 
 def link_pose(xpos, xquat, frames, row, link):  # pragma: no cover
@@ -325,3 +335,87 @@ def push_link_of(  # pragma: no cover
     """`push_link` as a part of machine code."""
     arrays = (xpos, xquat, xipos, qpos, frames, applied)
     return push_link(arrays, shown, turns, row, link, free, local, fx, fy, fz, tx, ty, tz, px, py, pz)
+
+
+@compiled("f8[:,:] f8[:,:] f8[:] f8[:,:] i4[:,:] i4[:,::1] f8[::1] f8 i8 i8 i8 i8 f8[:,::1] i8[:,::1] -> i8")
+def list_contacts(  # pragma: no cover
+    position, frame, distance, force, geom, places, reaches, parts, body_a, body_b, link_a, link_b, numbers,
+    links,
+):  # fmt: skip
+    """Write the contacts that are asked for; return how many there are.
+
+    position, ..., geom: MuJoCo's contacts, (k, ...). force: (k, 3) along the rows of `frame`, on the second
+    geom (N). places: (ngeom, 4), see NUMBER. reaches: (ngeom,) gaps (m) up to which contacts that do not push
+    count. parts: of the step, over which impulses are shared. body_a, ..., link_b: those that are asked for,
+    -1 or `ANY_LINK` for all. numbers: (k, 19) and links: (k, 4) bodies A and B and their links, written.
+
+    Bodies are in Bullet's order, or A is the one asked for: then bodies and points are swapped as in Bullet,
+    friction stays that on the pair's first link.
+    """
+    count = 0
+    for i in range(distance.shape[0]):
+        g, h = geom[i, 0], geom[i, 1]
+        gap, pushing = distance[i], force[i, 0] / parts
+        if gap > 0.0 and pushing <= 0.0 and gap > min(reaches[g], reaches[h]):
+            continue
+        is_turned = comes_second(places, g, h)
+        if is_turned:
+            g, h = h, g
+        sign = 1.0 if is_turned else -1.0
+        swaps = body_a >= 0 and body_a != places[g, NUMBER]
+        if swaps:
+            if body_a != places[h, NUMBER]:
+                continue
+            g, h = h, g
+        if body_b >= 0 and body_b != places[h, NUMBER]:
+            continue
+        if link_a != ANY_LINK and link_a != places[g, LINK]:
+            continue
+        if link_b != ANY_LINK and link_b != places[h, LINK]:
+            continue
+        links[count, 0], links[count, 1] = places[g, NUMBER], places[h, NUMBER]
+        links[count, 2], links[count, 3] = places[g, LINK], places[h, LINK]
+        x, y, z = sign * frame[i, 0], sign * frame[i, 1], sign * frame[i, 2]
+        write_tangents(numbers, count, x, y, z)
+        half = 0.5 * gap
+        across = along = 0.0
+        for d in range(3):
+            n = sign * frame[i, d]
+            turned = -1.0 if swaps else 1.0
+            numbers[count, ON_A + d] = position[i, d] + turned * half * n
+            numbers[count, ON_B + d] = position[i, d] - turned * half * n
+            numbers[count, NORMAL + d] = turned * n
+            push = force[i, 0] * frame[i, d] + force[i, 1] * frame[i, 3 + d] + force[i, 2] * frame[i, 6 + d]
+            push *= sign / parts
+            across += push * numbers[count, FIRST + d]
+            along += push * numbers[count, SECOND + d]
+        numbers[count, DISTANCE], numbers[count, PUSHING] = gap, pushing
+        numbers[count, ACROSS], numbers[count, ALONG] = across, along
+        count += 1
+    return count
+
+
+def comes_second(places, g, h):
+    """Return whether Bullet lists the second geom's link first; see `kind_of`."""
+    if places[g, KIND] != places[h, KIND]:
+        return places[g, KIND] < places[h, KIND]
+    age = places[g, ID] - places[h, ID]
+    return age > 0 or (age == 0 and places[g, LINK] > places[h, LINK])
+
+
+def write_tangents(numbers, row, x, y, z):
+    """Write the two directions along a surface that Bullet chooses; see `tangents`."""
+    if abs(z) > _NEARLY_FLAT:
+        squared = y * y + z * z
+        scale = 1.0 / np.sqrt(squared)
+        v, w = -z * scale, y * scale
+        numbers[row, FIRST], numbers[row, FIRST + 1], numbers[row, FIRST + 2] = 0.0, v, w
+        numbers[row, SECOND] = squared * scale
+        numbers[row, SECOND + 1], numbers[row, SECOND + 2] = -x * w, x * v
+    else:
+        squared = x * x + y * y
+        scale = 1.0 / np.sqrt(squared)
+        u, v = -y * scale, x * scale
+        numbers[row, FIRST], numbers[row, FIRST + 1], numbers[row, FIRST + 2] = u, v, 0.0
+        numbers[row, SECOND], numbers[row, SECOND + 1] = -z * v, z * u
+        numbers[row, SECOND + 2] = squared * scale
