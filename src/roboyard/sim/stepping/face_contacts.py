@@ -2,7 +2,7 @@
 
 Where one corner of a mesh is nearest to a face of a box, over its inside, it is the contact point, and
 neither an iterative search nor an expansion is needed to find it: feet and wheels on a large floor. Where two
-corners are as near, unless contacts are placed anew later, or an edge of the box is, MuJoCo's own function is
+corners are as near, unless contacts are placed later, or an edge of the box is, MuJoCo's own function is
 called. It is called in worlds that need several points of a pair, too, and for all other shapes.
 
 MuJoCo has one table of functions for the whole process. The one here is given addresses of its structures

@@ -8,7 +8,7 @@ from roboyard._records import dataclass
 from roboyard.transforms import Array
 
 PLACED = 1 << 28
-"""Among MuJoCo's flags of what is disabled one that it does not know: contacts of known forms are placed anew
+"""Among MuJoCo's flags of what is disabled one that it does not know: contacts of known forms are placed
 after its search, which only has to see them."""
 
 

@@ -261,7 +261,7 @@ class Solver(NamedTuple):
     across: np.ndarray
     """Scaled entries of each degree of freedom for the rows, of which there are few."""
     table: np.ndarray
-    """What they take from each other's wishes; see `solve_by_table`."""
+    """Effects of the rows on each other; see `solve_by_table`."""
     lines: np.ndarray
     change: np.ndarray
     wrenches: np.ndarray

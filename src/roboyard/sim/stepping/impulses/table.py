@@ -136,8 +136,8 @@ def push_rows(lines, table, first, count, step, width):
     worst, n, stride = 0.0, first, step * width
     for _ in range(count // 8):
         m = n + 4 * step
-        x, y, z, w = wishes(lines, n, step, width)
-        p, q, r, s = wishes(lines, m, step, width)
+        x, y, z, w = asked(lines, n, step, width)
+        p, q, r, s = asked(lines, m, step, width)
         at = n * width
         x, y, z, w = push_four(lines, table, n, step, at, stride, width, x, y, z, w)
         p -= effect(table, at + m, stride, x, y, z, w)
@@ -152,7 +152,7 @@ def push_rows(lines, table, first, count, step, width):
         n += 8 * step
     if count % 8 >= 4:
         at = n * width
-        x, y, z, w = wishes(lines, n, step, width)
+        x, y, z, w = asked(lines, n, step, width)
         x, y, z, w = push_four(lines, table, n, step, at, stride, width, x, y, z, w)
         for k in range(0, width, BLOCK):
             take_four_blocks(lines, WISH * width + k, table, at + k, stride, x, y, z, w)
@@ -184,8 +184,8 @@ def within(lines, n, width, delta):
     return delta
 
 
-def wishes(lines, n, step, width):
-    """Return what four rows from n on wish for."""
+def asked(lines, n, step, width):
+    """Return the changes of impulse that four rows from n on ask for."""
     at = WISH * width + n
     return lines[at], lines[at + step], lines[at + 2 * step], lines[at + 3 * step]
 
@@ -210,8 +210,8 @@ def slide_rows(lines, table, rows, first, sliding, stop, width):
     worst, n = 0.0, first
     for _ in range((stop - first) // 8):
         m, at = n + 4, n * width
-        x, y, z, w = wishes(lines, n, 1, width)
-        p, q, r, s = wishes(lines, m, 1, width)
+        x, y, z, w = asked(lines, n, 1, width)
+        p, q, r, s = asked(lines, m, 1, width)
         x, y, z, w = slide_two(lines, table, rows, n, sliding, width, x, y, z, w)
         p -= effect(table, at + m, width, x, y, z, w)
         q -= effect(table, at + m + 1, width, x, y, z, w)
@@ -225,7 +225,7 @@ def slide_rows(lines, table, rows, first, sliding, stop, width):
         worst = max(worst, max(slip_of(lines, own + 4, p, q), slip_of(lines, own + 6, r, s)))
         n += 8
     if (stop - first) % 8 >= 4:
-        x, y, z, w = wishes(lines, n, 1, width)
+        x, y, z, w = asked(lines, n, 1, width)
         x, y, z, w = slide_two(lines, table, rows, n, sliding, width, x, y, z, w)
         for k in range(0, width, BLOCK):
             take_four_blocks(lines, WISH * width + k, table, n * width + k, width, x, y, z, w)
