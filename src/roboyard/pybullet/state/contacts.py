@@ -58,7 +58,7 @@ def contacts_between(scene: Any, wanted: tuple[int, int, int, int]) -> tuple[Poi
     if places is None:
         return None
     contact = data.contact
-    numbers, links = np.empty((count, 19)), np.empty((count, 4), np.int64)
+    numbers, links = np.empty((count, kernels().NUMBERS)), np.empty((count, 4), np.int64)
     found = kernels().list_contacts(
         *(contact.pos, contact.frame, contact.dist, world.contact_forces(), contact.geom, places),
         *(scene.contact_reaches(), float(scene.parts), *wanted, numbers, links),

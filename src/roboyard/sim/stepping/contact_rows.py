@@ -75,20 +75,18 @@ class ContactRows:
 
         `collide` calls a function of MuJoCo that finds contacts.
         """
-        if collide is not None:
-            _without(_NO_CONTACTS | _NO_ROWS, mujoco.mj_step1, model, data)
-            collide(mujoco.mj_collision, model, data)
-            return
-        addresses = self._addresses
-        if addresses is None or self._data is not data:
+        if self._addresses is None or self._data is not data:
             self._data, place = data, finding().flags_place()
             flags = model.opt.gravity.ctypes.data + place
-            addresses = self._addresses = (model._address, data._address, flags) if place >= 0 else ()
-        if addresses:
-            finding().find_contacts(*addresses)
-        else:
-            _without(_NO_CONTACTS | _NO_ROWS, mujoco.mj_step1, model, data)
+            self._addresses = (model._address, data._address, flags) if place >= 0 else ()
+        if self._addresses and collide is None:
+            finding().find_contacts(*self._addresses)
+            return
+        _without(_NO_CONTACTS | _NO_ROWS, mujoco.mj_step1, model, data)
+        if collide is None:
             mujoco.mj_collision(model, data)
+        else:
+            collide(mujoco.mj_collision, model, data)
 
     def find_with_others(self, model: Any, data: Any, found: StepRows, collide: Collide) -> int:
         """Do what `find` does; return the number of rows of joints and equalities that MuJoCo has to make."""
