@@ -79,7 +79,7 @@ FIELD = """<mujoco><asset><hfield name="h" nrow="9" ncol="13" size="0.6 0.4 0.2 
 SHAPES = {"sphere": "0.06", "box": "0.05 0.08 0.03", "capsule": "0.04 0.06", "cylinder": "0.05 0.07"}
 
 
-@pytest.mark.skipif(not field_contacts._install(), reason="MuJoCo's table is elsewhere")
+@pytest.mark.skipif(not field_contacts.is_installed(), reason="MuJoCo's table is elsewhere")
 @pytest.mark.parametrize("shape", SHAPES)
 def test_there_is_room_for_points_wherever_mujoco_finds_one(shape: str) -> None:
     model = mujoco.MjModel.from_xml_string(FIELD.format(f'{shape}" size="{SHAPES[shape]}'))

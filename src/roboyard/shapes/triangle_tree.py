@@ -67,7 +67,7 @@ def triangle_tree(mesh: TriangleMesh) -> TriangleTree:
     for k in range(3):
         side = _cross(corners[:, (k + 1) % 3] - corners[:, k], normals)
         sides[:, k] = side / np.maximum(_length(side), 1e-300)[:, None]
-    lower, upper, first = _boxes(corners)
+    lower, upper, first = boxes_of(corners)
     return TriangleTree(corners=corners, normals=normals, sides=sides, lower=lower, upper=upper, first=first)
 
 
@@ -96,7 +96,11 @@ def _places_on_curve(points: Array) -> np.ndarray:
     return place
 
 
-def _boxes(corners: Array) -> tuple[Array, Array, np.ndarray]:
+def boxes_of(corners: Array) -> tuple[Array, Array, np.ndarray]:
+    """Return least and largest corner of all nodes over triangles (t, 3, 3), and the leaves' first triangles.
+
+    They are the arrays `lower`, `upper` and `first` of a `TriangleTree` of triangles in this order.
+    """
     count = len(corners)
     leaves = 1
     while leaves * LEAF_SIZE < count:

@@ -10,7 +10,7 @@ import numpy as np
 from roboyard._arrays import ArrayLike
 from roboyard._lazy import lazy_pattern
 from roboyard._mujoco import mujoco
-from roboyard.description.model import RobotDescription
+from roboyard.description.model import Mesh, RobotDescription
 from roboyard.errors import ModelError, RoboyardError, StaleHandleError
 from roboyard.sim.actuation.drives import Drives
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
@@ -228,6 +228,7 @@ class Simulation(Engine[Body]):
             keep_link_order=keep_link_order,
             hard=self.profile.hard_contacts,
             hull_steps=self.profile.hull_steps,
+            searches_meshes=_has_concave(description) and self.stepping.may_search_meshes(),
             contype=contype,
             conaffinity=conaffinity,
         )
@@ -355,14 +356,14 @@ class Simulation(Engine[Body]):
     def _advance(self, n: int) -> None:
         if self._inertia_changed:
             self._sum_inertia()
-        if self.windows.is_active:
+        if self.windows.shows_slots:
             if n > 1:
                 for _ in range(n):
                     self._advance(1)
                 return
             self.windows.update()
         done = 0
-        if n == 1 and self.revision == self._stepped and not self.windows.is_outdated:
+        if n == 1 and self.revision == self._stepped:
             stepping = self.stepping
             try:
                 if stepping.is_plain:
@@ -416,7 +417,7 @@ class Simulation(Engine[Body]):
         Returns:
             The number of steps.
         """
-        if self.windows.is_outdated:  # compiled again, with more memory
+        if self.windows.is_outdated and self.windows.shows_slots:  # compiled again, with more memory
             self.windows.update()
         model, data, stepping = self._model, self._data, self.stepping
         step = stepping.plain_step if stepping.is_plain else stepping.step
@@ -444,3 +445,12 @@ class Simulation(Engine[Body]):
             f"simulation diverged at {time:.4f} s: {where} non-finite velocities; "
             "check masses, inertias and drive gains, or reduce the time step"
         )
+
+
+def _has_concave(description: RobotDescription) -> bool:
+    """Return whether a description has a concave mesh."""
+    return any(
+        shape.concave and isinstance(shape.geometry, Mesh)
+        for link in description.links
+        for shape in link.collisions
+    )

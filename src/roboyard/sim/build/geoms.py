@@ -23,8 +23,9 @@ from roboyard.description.model import (
     Visual,
 )
 from roboyard.shapes.mesh import read_only
+from roboyard.sim.build.mesh_fields import add_field_asset, mesh_field
 from roboyard.sim.build.solver_options import CONTACT_SOLIMP, CONTACT_SOLREF
-from roboyard.sim.build.triangle_windows import FEWEST, add_slots, window_of, without_seams
+from roboyard.sim.build.triangle_windows import FEWEST, TriangleWindow, add_slots, without_seams
 from roboyard.transforms import multiply, normalized, rotate, to_wxyz
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def add_collision(
         "solimp": CONTACT_SOLIMP,
     }
     if is_concave:
-        is_there = _add_triangles(record, assets, collision, options.scale, fields)
+        is_there = _add_triangles(record, spec, assets, collision, options, fields)
     else:
         arguments = geom_arguments(
             record, spec, assets, collision.geometry, collision.origin, options.scale,
@@ -82,24 +83,52 @@ def add_collision(
 
 
 def _add_triangles(
-    record: BuiltLink, assets: MeshAssets, collision: Collision, scale: float, fields: dict[str, Any]
+    record: BuiltLink,
+    spec: mujoco.MjSpec,
+    assets: MeshAssets,
+    collision: Collision,
+    options: BuildOptions,
+    fields: dict[str, Any],
 ) -> bool:
-    """Add a window on the triangles of a concave mesh, if it has any; rays do not hit its slots."""
+    """Add a concave mesh, if it has triangles; rays do not hit its geoms."""
     assert isinstance(collision.geometry, Mesh)
+    scale = options.scale
     mesh = load_scaled(collision.geometry, scale)
     if mesh is None or not len(mesh.faces):
         return False
     record.hidden.append((collision, scale))
     x, y, z = (scale * v for v in collision.origin.position)
     origin = replace(collision.origin, position=(x, y, z))
-    window = window_of(mesh, origin, is_file=collision.geometry.path is not None)
+    window = TriangleWindow(mesh=mesh, origin=origin, is_file=collision.geometry.path is not None)
+    fields = {**fields, "group": COLLISION_GROUP, "rgba": (0.0, 0.0, 0.0, 0.0)}
+    if options.searches_meshes:
+        record.windows.append(window)
+        _add_whole(record, spec, window, fields)
+        return True
     if not len(window.tree):
         return True
     record.windows.append(window)
-    fields = {**fields, "group": COLLISION_GROUP, "rgba": (0.0, 0.0, 0.0, 0.0)}
     count = min(len(window.tree), FEWEST)
     add_slots(window, record.element, record.geoms, record.meshes, assets, count, **fields)
     return True
+
+
+def _add_whole(
+    record: BuiltLink, spec: mujoco.MjSpec, window: TriangleWindow, fields: dict[str, Any]
+) -> None:
+    """Add the geom that stands for all triangles of a mesh."""
+    from roboyard._mujoco import mujoco
+
+    field = mesh_field(window.mesh)
+    name = f"{record.element.name}/triangles{len(record.geoms) + len(record.visuals)}"
+    add_field_asset(spec, name, field)
+    turn = np.asarray(window.origin.quaternion, dtype=float)
+    position = np.asarray(window.origin.position) + rotate(turn, field.middle)
+    window.whole = record.element.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname=name, pos=position, quat=to_wxyz(turn), mass=0.0,
+        **fields,
+    )  # fmt: skip
+    record.geoms.append(window.whole)
 
 
 def add_triangles_for_rays(record: BuiltLink, spec: mujoco.MjSpec, assets: MeshAssets) -> None:

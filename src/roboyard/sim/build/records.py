@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import field
 from typing import Any
 
@@ -36,7 +37,7 @@ class BuiltLink:
     visuals: list[Any] = field(default_factory=list)
     meshes: list[str] = field(default_factory=list)
     windows: list[TriangleWindow] = field(default_factory=list)
-    """Concave meshes; their slots are collision geoms, too."""
+    """Concave meshes; their slots, and the geoms for all triangles, are collision geoms, too."""
     hidden: list[tuple[Collision, float]] = field(default_factory=list)
     """Concave meshes, and the body's scale, that have no geom with all their triangles yet."""
     terrains: dict[str, Heightfield] = field(default_factory=dict)
@@ -71,6 +72,11 @@ class Built:
         return any(record.joint_elements for record in self.links)
 
 
+def windows_of(bodies: Iterable[Any]) -> list[TriangleWindow]:
+    """Return the concave meshes of all links of bodies, in their order."""
+    return [window for body in bodies for record in body.built.links for window in record.windows]
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BuildOptions:
     """How to build a description."""
@@ -87,5 +93,7 @@ class BuildOptions:
     """Whether joint limits are rigid, for worlds that solve contacts on the velocity level."""
     hull_steps: int = 0
     """See `PhysicsProfile.hull_steps`."""
+    searches_meshes: bool = False
+    """Whether the triangles of concave meshes are searched here; see `mesh_fields`."""
     contype: int = 1
     conaffinity: int = -1

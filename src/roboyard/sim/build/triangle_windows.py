@@ -1,6 +1,7 @@
 """Concave meshes of fixed bodies: slots for their triangles, of which MuJoCo sees those near moving bodies.
 
-MuJoCo collides convex shapes only. A window has a limited number of slots, flat prisms, which
+MuJoCo collides convex shapes only. Where triangles are not searched here (`mesh_fields`), and for the closest
+points of bodies, a window has a limited number of slots, flat prisms, which
 `roboyard.sim.stepping.triangle_windows` moves to the triangles that may be touched in the next step. So the
 cost of a compile and of a step depends on how many triangles are near, not on how many the mesh has. A geom
 without contacts holds all triangles for rays; it is added when a world is first asked for rays or boxes
@@ -23,6 +24,7 @@ from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
     from roboyard.sim.build.mesh_assets import MeshAssets
+    from roboyard.sim.build.records import BuiltLink
 
 HALF_THICKNESS = 1e-3
 """Distance (m) of a prism's two triangles from the triangle itself."""
@@ -38,7 +40,7 @@ PRISM_FACES = np.array(
     [[0, 1, 2], [3, 5, 4], [0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2], [2, 5, 3], [2, 3, 0]], dtype=np.int32
 )
 _COPIED = ("condim", "contype", "conaffinity", "friction", "priority", "solref", "solimp", "group", "rgba")
-"""Fields that new slots take over from the first one."""
+"""Fields that new slots take over from another geom of the mesh."""
 _CACHE_SIZE = 16
 _trees: OrderedDict[tuple[int, Pose], tuple[TriangleMesh, TriangleTree]] = OrderedDict()
 _apart: OrderedDict[int, tuple[TriangleMesh, TriangleMesh]] = OrderedDict()
@@ -48,22 +50,25 @@ _apart: OrderedDict[int, tuple[TriangleMesh, TriangleMesh]] = OrderedDict()
 class TriangleWindow:
     """The triangles of one concave mesh, and the slots that show some of them to MuJoCo."""
 
-    tree: TriangleTree
-    """The triangles in the link's frame."""
+    mesh: TriangleMesh
+    """The triangles in their own frame."""
+    origin: Pose
+    """Pose of that frame in the link's frame (m)."""
     is_file: bool
     """Whether the mesh comes from a file; Bullet gives such meshes no margin."""
     slots: list[Any] = field(default_factory=list)
     """The spec's geoms."""
+    whole: Any = None
+    """The spec's geom that stands for all triangles where these are searched, else None."""
+
+    @property
+    def tree(self) -> TriangleTree:
+        """The triangles in the link's frame."""
+        return _tree_of(self.mesh, self.origin)
 
 
-def window_of(mesh: TriangleMesh, origin: Pose, *, is_file: bool) -> TriangleWindow:
-    """Return a window without slots for a mesh at a pose in its link.
-
-    Args:
-        mesh: in its own frame (m); its tree is cached.
-        origin: pose of that frame in the link's frame (m).
-        is_file: whether the mesh comes from a file.
-    """
+def _tree_of(mesh: TriangleMesh, origin: Pose) -> TriangleTree:
+    """Return the tree of a mesh at a pose in its link, which is cached."""
     key = id(mesh), origin
     found = _trees.get(key)
     if found is None or found[0] is not mesh:
@@ -72,7 +77,7 @@ def window_of(mesh: TriangleMesh, origin: Pose, *, is_file: bool) -> TriangleWin
         found = _trees[key] = mesh, triangle_tree(placed)
         while len(_trees) > _CACHE_SIZE:
             _trees.popitem(last=False)
-    return TriangleWindow(tree=found[1], is_file=is_file)
+    return found[1]
 
 
 def without_seams(mesh: TriangleMesh) -> TriangleMesh:
@@ -117,15 +122,34 @@ def add_slots(
         meshes: names of the link's meshes, which those of the slots are added to.
         assets: the spec's meshes.
         count: number of slots to add.
-        fields: of the spec's geoms; without any, those of the first slot.
+        fields: of the spec's geoms; without any, those of the window's first geom. Beside a geom that stands
+            for all triangles, slots do not collide.
     """
     from roboyard._mujoco import mujoco
 
     if not fields:
-        fields = {name: getattr(window.slots[0], name) for name in _COPIED}
+        first = window.whole or window.slots[0]
+        fields = {name: getattr(first, name) for name in _COPIED}
+        if window.whole is not None:
+            fields |= {"contype": 0, "conaffinity": 0}
     for _ in range(count):
         name = assets.add_own(PRISM, PRISM_FACES)
         meshes.append(name)
         geom = body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=0.0, **fields)
         window.slots.append(geom)
         geoms.append(geom)
+
+
+def show_slots(window: TriangleWindow, record: BuiltLink, spec: Any, assets: MeshAssets) -> None:
+    """Let the slots of a mesh collide in place of the geom that stands for all triangles."""
+    whole = window.whole
+    fields = {name: getattr(whole, name) for name in _COPIED}
+    for slot in window.slots:
+        slot.contype, slot.conaffinity = whole.contype, whole.conaffinity
+    name = whole.hfieldname
+    record.geoms[:] = [geom for geom in record.geoms if geom is not whole]
+    spec.delete(whole)
+    spec.delete(spec.hfield(name))
+    window.whole = None
+    missing = min(len(window.tree), FEWEST) - len(window.slots)
+    add_slots(window, record.element, record.geoms, record.meshes, assets, max(missing, 0), **fields)

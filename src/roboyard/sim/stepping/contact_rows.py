@@ -70,34 +70,28 @@ class ContactRows:
         """Return whether the next step is to be executed in this way."""
         return self.makes_joints(model) or manifolds.pair_count >= FEWEST
 
-    def find(self, model: Any, data: Any, collide: Collide | None = None) -> None:
-        """Compute all that mj_step1 does but rows.
-
-        `collide` calls a function of MuJoCo that finds contacts.
-        """
+    def find(self, model: Any, data: Any, flags: int) -> None:
+        """Compute all that mj_step1 does but rows; `flags` are those of MuJoCo while contacts are found."""
         if self._addresses is None or self._data is not data:
             self._data, place = data, finding().flags_place()
-            flags = model.opt.gravity.ctypes.data + place
-            self._addresses = (model._address, data._address, flags) if place >= 0 else ()
-        if self._addresses and collide is None:
-            finding().find_contacts(*self._addresses)
+            disabled = model.opt.gravity.ctypes.data + place
+            self._addresses = (model._address, data._address, disabled) if place >= 0 else ()
+        if self._addresses:
+            finding().find_contacts(*self._addresses, flags)
             return
-        _without(_NO_CONTACTS | _NO_ROWS, mujoco.mj_step1, model, data)
-        if collide is None:
-            mujoco.mj_collision(model, data)
-        else:
-            collide(mujoco.mj_collision, model, data)
+        without(_NO_CONTACTS | _NO_ROWS, mujoco.mj_step1, model, data)
+        without(flags, mujoco.mj_collision, model, data)
 
     def find_with_others(self, model: Any, data: Any, found: StepRows, collide: Collide) -> int:
         """Do what `find` does; return the number of rows of joints and equalities that MuJoCo has to make."""
-        _without(_NO_CONTACTS, mujoco.mj_step1, model, data)
+        without(_NO_CONTACTS, mujoco.mj_step1, model, data)
         count = found.counts_now()[ALL]
         collide(mujoco.mj_collision, model, data)
         return count
 
     def make_others(self, model: Any, data: Any) -> None:
         """Let MuJoCo make the rows of joints and equalities."""
-        _without(_NO_CONTACTS, mujoco.mj_makeConstraint, model, data)
+        without(_NO_CONTACTS, mujoco.mj_makeConstraint, model, data)
 
     def records(self, found: StepRows) -> tuple[Rows, Contacts, r.Search]:
         """Return the arrays of rows and contacts as arguments of compiled loops, until they grow."""
@@ -139,7 +133,7 @@ class ContactRows:
         return out
 
 
-def _without(flags: int, call: Callable[[Any, Any], None], model: Any, data: Any) -> None:
+def without(flags: int, call: Callable[[Any, Any], None], model: Any, data: Any) -> None:
     """Call one of MuJoCo's functions with more flags of what is disabled."""
     option = model.opt
     kept = option.disableflags

@@ -13,13 +13,18 @@ from roboyard.sim.stepping.narrow_phase.field_kernels import (
     BOUNDS,
     FIELDS,
     POINT,
+    after,
+    end_of_leaf,
+    first_triangle,
     is_beyond,
     is_searched,
+    next_leaf,
     on_triangle,
     radius_around,
     write_bounds,
-    write_corner,
+    write_half_of_cell,
     write_point,
+    write_triangle,
 )
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
@@ -110,7 +115,7 @@ def keep_points(  # pragma: no cover
                     copy_point(points, row, m, new_points, pairs, m)
                 at = row + 1 if row + 1 < before else 0
                 break
-        if boxes.shape[0] > 0 and ((compound[a] == 1 and geom_type[a] != FIELD) or compound[b] == 1):
+        if boxes.shape[0] > 0 and (compound[a] == 1 or compound[b] == 1):
             n = refresh(new_points, pairs, n, xpos, xmat, one, two, widths, reach)
         are_boxes = geom_type[a] == BOX and geom_type[b] == BOX  # they begin to touch without a gap
         side_a = 3 if boxes.shape[0] > 0 and comes_second(geom_type, compound, ages, a, b) else 0
@@ -263,7 +268,7 @@ def find_on_field(
     fields, geom_type, geom_body, xpos, xmat, boxes, rounding, hulls, spans, field, shape, widths, reach,
     side, is_anchored, points, pair, n, work,
 ):  # fmt: skip
-    """Add the points of a shape with the triangles of a height field to those that a pair keeps.
+    """Add the points of a shape with the triangles of a height field or a mesh to those that a pair keeps.
 
     widths: by which their surfaces lie outside MuJoCo's (m). side: as of `place_of`.
     work: array to work in. The other arguments are those of `keep_points`.
@@ -272,46 +277,65 @@ def find_on_field(
         The number of points.
     """
     kind, number = geom_type[shape], fields.ids[field]
-    one, two = geom_body[field], geom_body[shape]
+    one, two, mesh = geom_body[field], geom_body[shape], fields.meshes[number]
     write_bounds(fields, field, geom_type, two, xpos, xmat, boxes, shape, work)
-    rows, columns = fields.rows[number], fields.columns[number]
-    wide, deep, rise = fields.sizes[number, 0], fields.sizes[number, 1], fields.sizes[number, 2]
-    step_x, step_y = 2.0 * wide / (columns - 1), 2.0 * deep / (rows - 1)
-    first_column = max(int(np.ceil((work[BOUNDS] + wide) / step_x)) - 1, 0)
-    last_column = min(int(np.floor((work[BOUNDS + 3] + wide) / step_x)), columns - 2)
-    first_row = max(int(np.ceil((work[BOUNDS + 1] + deep) / step_y)) - 1, 0)
-    last_row = min(int(np.floor((work[BOUNDS + 4] + deep) / step_y)), rows - 2)
-    if first_column > last_column or first_row > last_row:
-        return n
+    margin = 0.0
+    first_column = last_column = first_row = last_row = 0
+    if mesh < 0:
+        rows, columns = fields.rows[number], fields.columns[number]
+        wide, deep = fields.sizes[number, 0], fields.sizes[number, 1]
+        step_x, step_y = 2.0 * wide / (columns - 1), 2.0 * deep / (rows - 1)
+        first_column = max(int(np.ceil((work[BOUNDS] + wide) / step_x)) - 1, 0)
+        last_column = min(int(np.floor((work[BOUNDS + 3] + wide) / step_x)), columns - 2)
+        first_row = max(int(np.ceil((work[BOUNDS + 1] + deep) / step_y)) - 1, 0)
+        last_row = min(int(np.floor((work[BOUNDS + 4] + deep) / step_y)), rows - 2)
+        if first_column > last_column or first_row > last_row:
+            return n
+        place = 0
+    else:
+        margin = fields.margins[mesh]
+        for k in range(3):
+            work[BOUNDS + k] -= margin
+            work[BOUNDS + 3 + k] += margin
+        place = next_leaf(fields, mesh, 0, work)
+        if place < 0:
+            return n
+        margin = 0.0 if kind == SPHERE else margin
     write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, shape, work, FIRST)
-    work[SECOND + 15] = 0.0
-    thickness = widths[0] + widths[1]
-    far = reach + thickness + work[FIRST + 15]
-    radius, around = radius_around(kind, shape, hulls, spans, work), reach + thickness
-    low, high = work[BOUNDS + 2], work[BOUNDS + 5]
+    work[SECOND + 15] = margin
+    thickness, round_off = widths[0] + widths[1], work[FIRST + 15] + margin
+    far = reach + thickness + round_off
+    radius, around = radius_around(kind, shape, hulls, spans, work), reach + thickness + margin
     fresh = work[POINT:]
-    for column in range(first_column, last_column + 1):
-        for row in range(last_row, first_row - 1, -1):
-            at = fields.starts[number] + row * columns + column
-            z, above = rise * fields.heights[at], rise * fields.heights[at + columns + 1]
-            for half in range(2):  # the cell's two triangles, on both sides of the diagonal
-                side_row, side_column = (row + 1, column) if half == 0 else (row, column + 1)
-                beside = rise * fields.heights[at + (columns if half == 0 else 1)]
-                if min(z, above, beside) > high or max(z, above, beside) < low:
-                    continue
-                t = SECOND + 3
-                first, last = (t, t + 6) if half == 0 else (t + 6, t)
-                write_corner(fields, field, row, column, z, work, first)
-                write_corner(fields, field, row + 1, column + 1, above, work, t + 3)
-                write_corner(fields, field, side_row, side_column, beside, work, last)
-                if is_beyond(work, radius, around):
-                    continue
-                apart, is_known = on_triangle(kind, shape, field, hulls, spans, far, work)
-                gap = apart - work[FIRST + 15]
-                if not is_known or gap - thickness > reach:
-                    continue
-                write_point(xpos, xmat, one, two, widths, work)
-                n = add_point(points, pair, n, fresh, gap, reach, side, is_anchored)
+    half = triangle = 0
+    column, row = first_column, last_row
+    if mesh >= 0:
+        triangle = first_triangle(fields, mesh, place)
+    while place >= 0:
+        if mesh < 0:  # both triangles of each cell, column by column
+            is_near = write_half_of_cell(fields, field, row, column, half, work)
+            half = 1 - half
+            if half == 0:
+                row -= 1
+                if row < first_row:
+                    row, column = last_row, column + 1
+                    if column > last_column:
+                        place = -1
+        else:
+            is_near = write_triangle(fields, field, triangle, work)
+            triangle += 1
+            if triangle == end_of_leaf(fields, mesh, place):
+                place = next_leaf(fields, mesh, after(place), work)
+                if place >= 0:
+                    triangle = first_triangle(fields, mesh, place)
+        if not is_near or is_beyond(work, radius, around):
+            continue
+        apart, is_known = on_triangle(kind, shape, field, hulls, spans, far, work)
+        gap = apart - round_off
+        if not is_known or gap - thickness > reach:
+            continue
+        write_point(xpos, xmat, one, two, widths, work)
+        n = add_point(points, pair, n, fresh, gap, reach, side, is_anchored)
     return n
 
 

@@ -17,6 +17,7 @@ from roboyard._lazy import lazy_module
 from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
+from roboyard.sim.build.records import windows_of
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.face_corners import SCRATCH
 from roboyard.sim.stepping.impulses.records import (
@@ -38,6 +39,7 @@ from roboyard.sim.stepping.narrow_phase.field_kernels import WORK as SEARCHED
 from roboyard.sim.stepping.narrow_phase.fields import Fields, fields_of
 from roboyard.sim.stepping.shape_forms import ShapeForms
 from roboyard.sim.stepping.step_rows import StepRows
+from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.manifold_kernels")
@@ -83,11 +85,11 @@ class KeptPoints:
 class Manifolds:
     """The points that pairs of hulls, cylinders and boxes keep in a world with rigid contacts.
 
-    Worlds with fixed concave meshes are left as they are: their triangles have points of their own.
+    Worlds where triangles of concave meshes have slots are left as they are: each has points of its own.
     """
 
-    def __init__(self, world: Engine[Body]) -> None:
-        self._world = world
+    def __init__(self, world: Engine[Body], windows: TriangleWindows) -> None:
+        self._world, self._windows = world, windows
         self._bound: _Bound | None = None
         self._kept: KeptPoints | None = None
         """The points until arrays are bound again, where bodies were added or removed."""
@@ -262,7 +264,7 @@ class Manifolds:
 
     def _bind(self, model: Any, data: Any) -> None:
         world = self._world
-        keeps = not any(r.windows for body in world.body_by_id.values() for r in body.built.links)
+        keeps = not self._windows.shows_slots
         if keeps:
             model.opt.disableflags |= _MULTIPLE
             if model.nmesh:
@@ -274,7 +276,7 @@ class Manifolds:
             keeps=keeps,
             geoms=(model.geom_type, model.geom_bodyid),
             frames=(data.xpos, data.xmat),
-            fields=fields_of(model, data),
+            fields=fields_of(model, data, windows_of(world.body_by_id.values())),
             owners=owners,
             seen=2 * world.profile.contact_margin,
         )

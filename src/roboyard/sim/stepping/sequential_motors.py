@@ -20,6 +20,7 @@ from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
+from roboyard.sim.build.records import windows_of
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.contact_rows import ContactRows
@@ -269,7 +270,9 @@ class SequentialMotors:
             trees = self._constraints.trees(model)
             made = world.of_arrays.get(_MADE)
             if made is None:
-                made = world.of_arrays[_MADE] = _mechanism(model), _state(data), fields_of(model, data)
+                windows = windows_of(world.body_by_id.values())
+                fields = fields_of(model, data, windows)
+                made = world.of_arrays[_MADE] = _mechanism(model), _state(data), fields
             self._mechanism, self._state, self._fields = made
             rows = max(len(self._solver.order), 16)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))

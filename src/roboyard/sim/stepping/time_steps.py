@@ -15,12 +15,12 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.constraints import Constraints
-from roboyard.sim.stepping.contact_rows import contact_wrenches
+from roboyard.sim.stepping.contact_rows import contact_wrenches, without
 from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
-from roboyard.sim.stepping.narrow_phase.field_contacts import FieldContacts
+from roboyard.sim.stepping.narrow_phase.field_contacts import MARK, FieldContacts, is_installed
 from roboyard.sim.stepping.sequential_motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
 from roboyard.sim.stepping.step_rows import StepRows
@@ -87,12 +87,13 @@ class Stepping:
         """Joints that pass their stops within a step, where limits are soft."""
         self.fast_turns = FastTurns()
         """Mechanisms that turn fast, where the integrator is implicit."""
-        self.manifolds = Manifolds(world)
+        self.manifolds = Manifolds(world, windows)
         """Points that pairs keep, where contacts are rigid."""
         self.in_turn = SequentialMotors(world, motors, surfaces, self.manifolds, constraints)
         """Robots with motors, where they are solved row by row as Bullet does."""
         motors.forces_elsewhere = self._own_motor_forces
         self._fields = FieldContacts()
+        windows.are_searched = self._finds_fields
         self._is_implicit = world.profile.integrator == "implicitfast"
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = self._slides = False
         self._is_in_turn = False
@@ -227,7 +228,7 @@ class Stepping:
         found, in_turn = compiled[1], self.in_turn
         timestep = compiled[0].timestep
         self._prepare(model, data, timestep)
-        if self.motors.has_spherical or compiled[5] or self._windows.is_active:
+        if self.motors.has_spherical or compiled[5] or not self.manifolds.keeps:
             self._attempt(model, data)
             return
         if self._is_bounded:
@@ -262,13 +263,33 @@ class Stepping:
         else:
             self._finish(model, data, found, timestep, slides=False, alone=False)
 
+    def may_search_meshes(self) -> bool:
+        """Return whether the triangles of concave meshes can be searched where all shapes are known."""
+        is_known = self._world.profile.hard_contacts and self.surfaces.forms_of is not None
+        return is_known and is_installed()
+
+    def _finds_fields(self) -> bool:
+        """Return whether the points of all shapes on height fields are found here."""
+        world = self._world
+        if not world.hard_contacts or self._soft.by_id:
+            return False
+        model, data = world.live_model, world.live_data
+        return self._fields.leaves_room(model, self.surfaces.forms(model, data)) and self._fields.finds_all
+
     def _collide(self, call: Callable[[Any, Any], None], model: Any, data: Any) -> None:
         """Call a function of MuJoCo that finds contacts, with room for those that are found here."""
-        assert self._compiled is not None
-        if self._compiled[6] and self.manifolds.keeps and self._world.hard_contacts:
-            self._fields.find(call, model, data, self.surfaces.forms(model, data))
+        flags = self._flags_of_fields(model, data)
+        if flags:
+            without(flags, call, model, data)
         else:
             call(model, data)
+
+    def _flags_of_fields(self, model: Any, data: Any) -> int:
+        """Return MuJoCo's flags with which it leaves room for the points of shapes on height fields."""
+        assert self._compiled is not None
+        if not (self._compiled[6] and self.manifolds.keeps and self._world.hard_contacts):
+            return 0
+        return MARK if self._fields.leaves_room(model, self.surfaces.forms(model, data)) else 0
 
     def _solve_contacts(self, model: Any, data: Any, found: StepRows) -> bool:
         """Execute a step up to the integration without MuJoCo's rows of contacts; return whether it could."""
@@ -276,7 +297,7 @@ class Stepping:
         own = in_turn.contact_rows
         if own.makes_joints(model):
             assert self._compiled is not None
-            own.find(model, data, self._collide if self._compiled[6] else None)
+            own.find(model, data, self._flags_of_fields(model, data))
             answer = in_turn.execute(found, r.KEEP, r.SOLVE, 1, r.OF_ALL)
             if answer == r.POINTS_ARE_NEW:
                 self.manifolds.add(model, data, found)
@@ -428,7 +449,7 @@ class Stepping:
         elif self._update_points(model, data, found):
             mujoco.mj_makeConstraint(model, data)
             self._complete_rows(model, data, found)
-        if self._windows.is_active:
+        if self._windows.shows_slots:
             self._windows.correct_contacts(data)
 
     def _update_points(self, model: Any, data: Any, found: StepRows) -> bool:
@@ -475,7 +496,7 @@ class Stepping:
             self.surfaces.shift_contacts(model, data)
         else:
             self.manifolds.forget()
-        if self._windows.is_active:
+        if self._windows.shows_slots:
             self._windows.correct_contacts(data)
 
     def _solve(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,15 @@ import numpy as np
 from roboyard._lazy import lazy_module
 from roboyard._mujoco import mujoco
 from roboyard.sim.body import Body
-from roboyard.sim.build.records import BuiltLink
-from roboyard.sim.build.triangle_windows import HALF_THICKNESS, MOST, TriangleWindow, add_slots
+from roboyard.sim.build.records import BuiltLink, windows_of
+from roboyard.sim.build.triangle_windows import (
+    FEWEST,
+    HALF_THICKNESS,
+    MOST,
+    TriangleWindow,
+    add_slots,
+    show_slots,
+)
 from roboyard.sim.engine import Engine
 
 kernels = lazy_module("roboyard.sim.stepping.triangle_kernels")
@@ -24,21 +32,32 @@ class TriangleWindows:
 
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
-        self._located: list[_Located] = []
-        self.is_active = False
-        """Whether any body of the last compile has a concave mesh."""
+        self._windows: list[TriangleWindow] = []
+        self._located: list[_Located] | None = None
+        self.are_searched: Callable[[], bool] = lambda: False
+        """Function that returns whether steps search the triangles that are shown as a whole."""
         self.is_outdated = False
         """Whether MuJoCo's arrays are new since the last `update`."""
 
+    @property
+    def is_active(self) -> bool:
+        """Whether any body of the last compile has a concave mesh."""
+        return bool(self._windows)
+
+    @property
+    def shows_slots(self) -> bool:
+        """Whether steps need slots: not where all triangles are searched."""
+        if not self._windows:
+            return False
+        return any(window.whole is None for window in self._windows) or not self.are_searched()
+
     def invalidate(self) -> None:
         """Look up the windows of all bodies: MuJoCo's arrays are new."""
-        self._located = [
-            _Located(self._world, body, index, record, window)
-            for body in self._world.body_by_id.values()
-            for index, record in enumerate(body.built.links)
-            for window in record.windows
-        ]
-        self.is_active = self.is_outdated = bool(self._located)
+        self._windows = windows_of(self._world.body_by_id.values())
+        self._located = None
+        self.is_outdated = bool(self._windows)
+        if any(window.whole is None for window in self._windows):
+            self._all_located()  # rays look in the boxes of their slots
 
     def update(self, reach: float = LOOKAHEAD, *, everything: bool = False) -> None:
         """Give slots to all triangles near moving bodies; compile with more slots where they do not suffice.
@@ -49,10 +68,12 @@ class TriangleWindows:
         """
         world = self._world
         world.ensure_compiled()
+        if self.shows_slots and any(window.whole is not None for window in self._windows):
+            self._show_slots()
         wanted = True
         while wanted:
             data, wanted = world.kinematics(), False
-            for located in self._located:
+            for located in self._all_located():
                 needed = located.update(data, reach, everything=everything)
                 while needed > MOST and everything:
                     reach /= 2
@@ -68,16 +89,41 @@ class TriangleWindows:
         if not data.ncon:
             return
         contact = data.contact
-        for located in self._located:
+        for located in self._all_located():
             located.correct(contact.geom, contact.frame, contact.dist)
 
     def inset(self, one: int, two: int) -> float:
         """Return the distance (m) by which a prism is thicker than what the other geom touches."""
-        return sum(located.inset(one, two) for located in self._located)
+        return sum(located.inset(one, two) for located in self._all_located())
 
     def hides(self, geom: int) -> bool:
-        """Return whether a geom is a slot whose triangle was not near in the last `update`."""
-        return any(located.hides(geom) for located in self._located)
+        """Return whether a geom is not one of those whose triangles were near in the last `update`.
+
+        So are slots of other triangles, and geoms that stand for all triangles.
+        """
+        return any(located.hides(geom) for located in self._all_located())
+
+    def _show_slots(self) -> None:
+        """Give slots to meshes that were shown as a whole: a shape is there whose points are not found here."""
+        world = self._world
+        for body in world.body_by_id.values():
+            for record in body.built.links:
+                for window in record.windows:
+                    if window.whole is not None:
+                        show_slots(window, record, world.raw_spec, world.assets)
+        world.mark_stale()
+        world.ensure_compiled()
+
+    def _all_located(self) -> list[_Located]:
+        """Return all windows with their rows in MuJoCo's arrays, which are looked up on first use."""
+        if self._located is None:
+            self._located = [
+                _Located(self._world, body, index, record, window)
+                for body in self._world.body_by_id.values()
+                for index, record in enumerate(body.built.links)
+                for window in record.windows
+            ]
+        return self._located
 
 
 class _Located:
@@ -91,6 +137,7 @@ class _Located:
         self._row = int(body.mujoco_ids[index])
         self.geoms = np.array([geom.id for geom in window.slots], dtype=np.int32)
         tree = self._tree = window.tree
+        self._whole = -1 if window.whole is None else int(window.whole.id)
         self._slot_of = np.full(len(tree), -1, dtype=np.int32)
         self._triangle_of = np.full(len(self.geoms), -1, dtype=np.int32)
         self._seen, self._mark = np.zeros(len(tree), dtype=np.int64), 0
@@ -124,14 +171,16 @@ class _Located:
         """Give slots to the triangles near bodies; return the number of triangles that need one."""
         model, tree = self._world.live_model, self._tree
         self._mark += 1
-        near = kernels().near_triangles(
-            self._others if everything else self._movers,
-            *(model.geom_contype, model.geom_conaffinity, model.geom_aabb, data.geom_xpos, data.geom_xmat),
-            *(data.xpos[self._row], data.xmat[self._row], reach),
-            *(tree.lower, tree.upper, tree.first, tree.corners, self._seen, self._mark, self._found),
-            *(self._stack, self._turn),
-        )
-        count = int(near)
+        movers = self._others if everything else self._movers
+        shapes = model.geom_contype, model.geom_conaffinity, model.geom_aabb, data.geom_xpos, data.geom_xmat
+        count = 0
+        for geoms, arrays in ((movers, shapes), *_soft_bodies(model, data)):
+            near = kernels().near_triangles(
+                *(geoms, *arrays, data.xpos[self._row], data.xmat[self._row], reach),
+                *(tree.lower, tree.upper, tree.first, tree.corners, self._seen, self._mark),
+                *(self._found[count:], self._stack, self._turn),
+            )
+            count += int(near)
         if count:
             self._assign(model, self._found, count)
         return count
@@ -139,7 +188,7 @@ class _Located:
     def grow(self, needed: int) -> bool:
         """Add slots where more are needed than there are, up to `MOST`; return whether any were added."""
         now = len(self.geoms)
-        wanted = min(max(needed, 2 * now), len(self._tree), MOST)
+        wanted = min(max(needed, 2 * now, FEWEST), len(self._tree), MOST)
         if needed <= now or wanted <= now:
             return False
         record = self._record
@@ -165,7 +214,9 @@ class _Located:
         return float(self._inset[one]) if self._slot_of_geom[two] >= 0 else 0.0
 
     def hides(self, geom: int) -> bool:
-        """Return whether a geom is a slot whose triangle was not near in the last update."""
+        """Return whether a geom is a slot whose triangle was not near, or stands for all triangles."""
+        if geom == self._whole:
+            return True
         slot = int(self._slot_of_geom[geom])
         return slot >= 0 and self._seen[self._triangle_of[slot]] != self._mark
 
@@ -203,3 +254,19 @@ class _Located:
         nodes = np.array(model.bvh_nodeid[start : start + count]) if count else np.zeros(0, dtype=np.int32)
         nodes[~np.isin(nodes, [geom.id for window in self._record.windows for geom in window.slots])] = -1
         return nodes.astype(np.int32)
+
+
+def _soft_bodies(model: Any, data: Any) -> list[tuple[np.ndarray, tuple[np.ndarray, ...]]]:
+    """Return numbers and boxes of all soft bodies as those of geoms at the world's frame; none without any."""
+    count = model.nflex
+    if not count:
+        return []
+    boxes = np.zeros((count, 6))
+    for flex in range(count):
+        first = model.flex_vertadr[flex]
+        places = data.flexvert_xpos[first : first + model.flex_vertnum[flex]]
+        low, high = places.min(axis=0), places.max(axis=0)
+        boxes[flex, :3], boxes[flex, 3:] = (low + high) / 2, (high - low) / 2 + model.flex_radius[flex]
+    turns = np.tile(np.eye(3).ravel(), (count, 1))
+    collide = np.ones(count, np.int32)
+    return [(np.arange(count), (collide, collide, boxes, np.zeros((count, 3)), turns))]

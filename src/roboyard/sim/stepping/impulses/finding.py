@@ -22,18 +22,20 @@ mj_step1 = c_function("mj_step1", "i8 i8 -> i8", library=mujoco_library)
 mj_collision = c_function("mj_collision", "i8 i8 -> i8", library=mujoco_library)
 
 
-@compiled("i8 i8 i8", library=mujoco_library)
-def find_contacts(model, data, flags):  # pragma: no cover
+@compiled("i8 i8 i8 i8", library=mujoco_library)
+def find_contacts(model, data, flags, more):  # pragma: no cover
     """Compute all that mj_step1 does, and contacts, but no rows.
 
-    model, data: addresses of MjModel and MjData. flags: address of what is disabled.
+    model, data: addresses of MjModel and MjData. flags: address of what is disabled. more: flags besides
+    while contacts are found.
     """
     disabled = integers_at(flags, 1)
     kept = disabled[0]
     disabled[0] = kept | NO_ROWS
     mj_step1(model, data)
-    disabled[0] = kept
+    disabled[0] = kept | more
     mj_collision(model, data)
+    disabled[0] = kept
 
 
 @cache

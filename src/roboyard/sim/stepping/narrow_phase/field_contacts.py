@@ -9,7 +9,6 @@ are excluded until they are written, and all others get MuJoCo's.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 from roboyard._mujoco import mujoco
 from roboyard.native.callbacks import called_by_c
 from roboyard.native.views import integers_at, numbers_at, short_numbers_at, words_at
+from roboyard.sim.build.mesh_fields import BASE
 from roboyard.sim.mujoco_library import mujoco_library
 from roboyard.sim.stepping.face_contacts import places_of
 from roboyard.sim.stepping.narrow_phase.closest_points import BOX, CAPSULE, CYLINDER, MESH, SPHERE
@@ -36,6 +36,7 @@ REACH = 0.05
 """Share of a shape's size up to which it is near, besides the margins; a pair keeps points over less."""
 KINDS = SPHERE, CAPSULE, CYLINDER, BOX, MESH
 """Types of the shapes whose points are found."""
+ELLIPSOID = 4
 _TYPES = int(mujoco.mjtGeom.mjGEOM_SDF) + 1
 """Rows and columns of MuJoCo's table."""
 _PROBE = """<mujoco><asset><hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/></asset>
@@ -70,8 +71,8 @@ def _table(library: Any) -> Any:
 
 
 def _entries() -> list[int]:
-    """Return the places in the table of height fields with the shapes of `KINDS`."""
-    return [int(mujoco.mjtGeom.mjGEOM_HFIELD) * _TYPES + kind for kind in KINDS]
+    """Return the places in the table of height fields with all convex shapes."""
+    return [int(mujoco.mjtGeom.mjGEOM_HFIELD) * _TYPES + kind for kind in (*KINDS, ELLIPSOID)]
 
 
 @called_by_c("i8 i8 i8 i4 i4 f8 -> i4", otherwise="roboyard_mujoco_on_field", library=_library)
@@ -80,13 +81,13 @@ def leave_room(model, data, contact, field, shape, margin):  # pragma: no cover
 
     model, data: addresses of MjModel and MjData. contact: address of distance, place, normal and tangent of
     each. field, shape: geoms. margin: distance (m) up to which there is a contact. -1: MuJoCo's own contacts
-    are wanted.
+    are wanted. A field of thickness `BASE` stands for a mesh and has none of these.
     """
-    if integers_at(model + PLACES[9], 1)[0] & MARK == 0:
-        return -1
     number = integers_at(words_at(model + PLACES[0], 1)[0] + 4 * field, 1)[0]
-    box = numbers_at(words_at(model + PLACES[1], 1)[0] + 48 * shape, 6)
     size = numbers_at(words_at(model + PLACES[2], 1)[0] + 32 * number, 4)
+    if integers_at(model + PLACES[9], 1)[0] & MARK == 0:
+        return 0 if size[3] == BASE else -1
+    box = numbers_at(words_at(model + PLACES[1], 1)[0] + 48 * shape, 6)
     rows = integers_at(words_at(model + PLACES[3], 1)[0] + 4 * number, 1)[0]
     columns = integers_at(words_at(model + PLACES[4], 1)[0] + 4 * number, 1)[0]
     places, turns = words_at(data + PLACES[7], 1)[0], words_at(data + PLACES[8], 1)[0]
@@ -115,7 +116,7 @@ def leave_room(model, data, contact, field, shape, margin):  # pragma: no cover
         return 0
     start = integers_at(words_at(model + PLACES[5], 1)[0] + 4 * number, 1)[0]
     heights = short_numbers_at(words_at(model + PLACES[6], 1)[0] + 4 * start, rows * columns)
-    least = (z - hz) / size[2]
+    least = -1.0 if size[3] == BASE else (z - hz) / size[2]
     for row in range(low, high + 1):
         for column in range(first, last + 1):
             if heights[row * columns + column] >= least:
@@ -131,7 +132,7 @@ def leave_room(model, data, contact, field, shape, margin):  # pragma: no cover
 
 
 @cache
-def _install() -> bool:
+def is_installed() -> bool:
     """Put `leave_room` into MuJoCo's table, where that is as expected; return whether it is there."""
     library = _library()
     table = None if library is None else _table(library)
@@ -150,32 +151,16 @@ class FieldContacts:
         self._known: tuple[Any, ...] = ()
         """Model and forms for which `_finds_room` holds."""
         self._finds_room = False
+        self.finds_all = False
+        """Whether, after `leaves_room`, the points of all shapes that move are found here."""
 
-    def find(self, call: Callable[[Any, Any], None], model: Any, data: Any, forms: Any) -> None:
-        """Call a function of MuJoCo that finds contacts, with room for points where these are found later.
-
-        Args:
-            call: the function.
-            model: MjModel.
-            data: MjData.
-            forms: of all shapes.
-        """
-        if not self._leaves_room(model, forms):
-            call(model, data)
-            return
-        option = model.opt
-        option.disableflags |= MARK
-        try:
-            call(model, data)
-        finally:
-            option.disableflags &= ~MARK
-
-    def _leaves_room(self, model: Any, forms: Any) -> bool:
+    def leaves_room(self, model: Any, forms: Any) -> bool:
         """Return whether the forms of all shapes are known that may touch a height field."""
         known = self._known
         if not known or known[0] is not model or known[1] is not forms:
             self._known = model, forms
-            self._finds_room = are_known(model, forms) and _install()
+            self._finds_room = are_known(model, forms) and is_installed()
+            self.finds_all = self._finds_room and not _moving(model)[model.geom_type == ELLIPSOID].any()
         return self._finds_room
 
 
@@ -184,7 +169,13 @@ def are_known(model: Any, forms: Any) -> bool:
     if not len(forms.boxes):
         return False
     kinds = model.geom_type
-    moves = (model.body_weldid[model.geom_bodyid] != 0) & ((model.geom_contype | model.geom_conaffinity) != 0)
     has_hull = (kinds != MESH) | (forms.spans[:, 1] > 0)
     has_box = (kinds == MESH) | (np.abs(forms.boxes[:, 1:]).max(axis=(1, 2)) < 1e8)
-    return bool((has_hull & has_box)[moves & np.isin(kinds, KINDS)].all())
+    return bool((has_hull & has_box)[_moving(model) & np.isin(kinds, KINDS)].all())
+
+
+def _moving(model: Any) -> np.ndarray:
+    """Return (ngeom,) which geoms of a model move and may touch others."""
+    collides = (model.geom_contype | model.geom_conaffinity) != 0
+    moves: np.ndarray = collides & (model.body_weldid[model.geom_bodyid] != 0)
+    return moves

@@ -1,12 +1,15 @@
-"""MuJoCo's height fields, as arguments of compiled loops."""
+"""MuJoCo's height fields, and the meshes that some stand for, as arguments of compiled loops."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from roboyard._records import NamedTuple
+from roboyard.sim.build.mesh_fields import MARGIN, MeshField, mesh_field
+from roboyard.sim.build.triangle_windows import TriangleWindow
 
 
 class Fields(NamedTuple):
@@ -25,10 +28,32 @@ class Fields(NamedTuple):
     starts: np.ndarray
     heights: np.ndarray
     """Shares of the ranges of heights, row by row from the least y; of none where there are no fields."""
+    meshes: np.ndarray
+    """(n,) row in `trees` of the mesh that a field stands for, -1 for terrain."""
+    trees: np.ndarray
+    """(m, 3) each mesh's first row of `boxes` and first one of `leaves`, and its number of leaves."""
+    boxes: np.ndarray
+    """(k, 6) least and largest coordinates (m) of the nodes of complete binary trees; see `MeshField`."""
+    leaves: np.ndarray
+    """First triangle of each leaf, and the end of each tree's last."""
+    corners: np.ndarray
+    """(t, 9) the triangles' corners in the frame of the geom (m)."""
+    margins: np.ndarray
+    """(m,) margin around the triangles of each mesh (m), which balls do not feel."""
 
 
-def fields_of(model: Any, data: Any) -> Fields:
-    """Return the height fields of an MjModel, at the places of its MjData."""
+def fields_of(model: Any, data: Any, windows: Sequence[TriangleWindow]) -> Fields:
+    """Return the height fields of an MjModel, at the places of its MjData.
+
+    Args:
+        model: MjModel.
+        data: MjData.
+        windows: concave meshes; those that are searched have a height field each.
+    """
+    searched = [window for window in windows if window.whole is not None]
+    meshes = np.full(model.nhfield, -1, np.int32)
+    for row, window in enumerate(searched):
+        meshes[model.geom_dataid[window.whole.id]] = row
     return Fields(
         places=data.geom_xpos,
         turns=data.geom_xmat,
@@ -38,6 +63,9 @@ def fields_of(model: Any, data: Any) -> Fields:
         columns=model.hfield_ncol,
         starts=model.hfield_adr,
         heights=model.hfield_data,
+        meshes=meshes,
+        margins=np.array([0.0 if window.is_file else MARGIN for window in searched]),
+        **_joined([mesh_field(window.mesh) for window in searched]),
     )
 
 
@@ -53,4 +81,24 @@ def no_fields() -> Fields:
         columns=integers,
         starts=integers,
         heights=np.zeros(0, np.float32),
+        meshes=integers,
+        margins=np.zeros(0),
+        **_joined([]),
     )
+
+
+def _joined(fields: Sequence[MeshField]) -> dict[str, np.ndarray]:
+    """Return the trees of all meshes one after another; those of one mesh are not copied."""
+    counts = np.array([[len(f.boxes), len(f.leaves), len(f.corners)] for f in fields]).reshape(-1, 3)
+    starts = np.cumsum(counts, axis=0) - counts
+    trees = np.stack([starts[:, 0], starts[:, 1], counts[:, 1] - 1], axis=1).astype(np.int32)
+    if len(fields) == 1:
+        (field,) = fields
+        return {"trees": trees, "boxes": field.boxes, "leaves": field.leaves, "corners": field.corners}
+    leaves = [f.leaves + np.int32(first) for f, first in zip(fields, starts[:, 2].tolist(), strict=True)]
+    return {
+        "trees": trees,
+        "boxes": np.concatenate([np.zeros((0, 6)), *(f.boxes for f in fields)]),
+        "leaves": np.concatenate([np.zeros(0, np.int32), *leaves]),
+        "corners": np.concatenate([np.zeros((0, 9)), *(f.corners for f in fields)]),
+    }
