@@ -55,11 +55,11 @@ class Simulation(Engine[Body]):
         """Motors as bounded constraints on the velocity (PyBullet's)."""
         self.constraints = Constraints(self)
         """Welds, points, slides and gears between links."""
-        self.windows = TriangleWindows(self)
-        """Concave meshes of fixed bodies."""
         self.soft = SoftBodies(self)
         """Bodies that deform."""
         self._surfaces.soft = self.soft
+        self.windows = TriangleWindows(self, self._surfaces, self.soft)
+        """Concave meshes of fixed bodies."""
         self.stepping = Stepping(
             self,
             soft=self.soft,
@@ -228,7 +228,7 @@ class Simulation(Engine[Body]):
             keep_link_order=keep_link_order,
             hard=self.profile.hard_contacts,
             hull_steps=self.profile.hull_steps,
-            searches_meshes=_has_concave(description) and self.stepping.may_search_meshes(),
+            searches_meshes=_has_concave(description) and self.windows.may_search(),
             contype=contype,
             conaffinity=conaffinity,
         )

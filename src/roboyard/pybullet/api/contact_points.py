@@ -98,6 +98,7 @@ def getClosestPoints(
     scene = client.scene
     limit = number(distance)
     if collisionShapeA == collisionShapeB == -1:
+        _show_triangles(scene.world, limit)
         first, second = (
             _geoms_of(scene, whole(body), whole(link))
             for body, link in ((bodyA, linkIndexA), (bodyB, linkIndexB))
@@ -115,7 +116,7 @@ def getClosestPoints(
             *(collisionShapePositionB, collisionShapeOrientationB),
         ),
     )
-    with _placed(scene, *sides) as (world, one, two):
+    with _placed(scene, *sides, limit) as (world, one, two):
         return _closest_points(scene, world, one, two, limit)
 
 
@@ -130,7 +131,6 @@ def _closest_points(
     windows = world.windows
     has_windows = windows.is_active
     if has_windows:
-        windows.update(limit, everything=True)
         first, second = ([k for k in geoms if not windows.hides(k[2])] for geoms in (first, second))
     data, model = world.kinematics(), world.live_model
     points, ends = [], np.zeros(6)
@@ -148,14 +148,28 @@ def _closest_points(
     return tuple(points)
 
 
+def _show_triangles(world: World, limit: float) -> None:
+    """Give geoms to the triangles of concave meshes near other shapes, within a distance (m)."""
+    if not world.is_stale and not world.windows.is_active:
+        return
+    world.ensure_compiled()
+    if world.windows.is_active:
+        world.windows.update(limit, everything=True)
+
+
 @contextmanager
-def _placed(scene: PhysicsScene, first: QuerySide, second: QuerySide) -> Iterator[tuple[World, Geoms, Geoms]]:
+def _placed(
+    scene: PhysicsScene, first: QuerySide, second: QuerySide, limit: float
+) -> Iterator[tuple[World, Geoms, Geoms]]:
     """Yield a world and the geoms of both sides; query shapes exist while the context lasts."""
     from roboyard.pybullet.state.query_shapes import add_query_body, query_geoms
 
     shapes = scene.collision_shapes
     if first.shape >= 0 and second.shape >= 0:
-        yield scene.query_shapes.place(shapes, first, second)
+        world, bodies = scene.query_shapes.place(shapes, first, second)
+        _show_triangles(world, limit)
+        one, two = (query_geoms(body) for body in bodies)
+        yield world, one, two
         return
     with ExitStack() as stack:
         added = [
@@ -164,6 +178,7 @@ def _placed(scene: PhysicsScene, first: QuerySide, second: QuerySide) -> Iterato
         for body in added:
             if body is not None:
                 stack.callback(scene.world.remove, body)
+        _show_triangles(scene.world, limit)
         one, two = (
             _geoms_of(scene, side.body, side.link) if body is None else query_geoms(body)
             for side, body in zip((first, second), added, strict=True)

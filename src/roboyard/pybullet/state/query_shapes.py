@@ -42,13 +42,12 @@ class QueryShapes:
 
     def place(
         self, known: Mapping[int, Any], first: QuerySide, second: QuerySide
-    ) -> tuple[World, Geoms, Geoms]:
-        """Place two shapes of `known` (shape sets by id) and return the world and the geoms of both sides."""
+    ) -> tuple[World, list[Body]]:
+        """Place two shapes of `known` (shape sets by id) and return the world and the bodies of both sides."""
         bodies = [self._body(known, number, side) for number, side in enumerate((first, second))]
         for body, side in zip(bodies, (first, second), strict=True):
             body.set_pose(*_pose(side))
-        one, two = (query_geoms(body) for body in bodies)
-        return self._world, one, two
+        return self._world, bodies
 
     def release(self) -> None:
         """Free MuJoCo's arrays."""

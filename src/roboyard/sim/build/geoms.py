@@ -116,7 +116,7 @@ def _add_triangles(
 def _add_whole(
     record: BuiltLink, spec: mujoco.MjSpec, window: TriangleWindow, fields: dict[str, Any]
 ) -> None:
-    """Add the geom that stands for all triangles of a mesh."""
+    """Add the geom that represents all triangles of a mesh."""
     from roboyard._mujoco import mujoco
 
     field = mesh_field(window.mesh)

@@ -1,6 +1,6 @@
 """Concave meshes of fixed bodies whose triangles are searched as those of a height field are.
 
-MuJoCo collides convex shapes only. One geom stands for all triangles of a mesh: a height field without
+MuJoCo collides convex shapes only. One geom represents all triangles of a mesh: a height field without
 heights, as large as the box around the mesh. MuJoCo says which shapes are in that box, and
 `roboyard.sim.stepping.manifold_kernels` finds their points. Rays do not hit the geom.
 """
@@ -18,7 +18,7 @@ from roboyard.shapes.triangle_tree import boxes_of
 from roboyard.transforms import Array
 
 BASE = 2.0**-20
-"""Thickness (m) by which MuJoCo's height fields that stand for meshes are known; no terrain has it."""
+"""Thickness (m) by which MuJoCo's height fields that represent meshes are known; no terrain has it."""
 MARGIN = 1e-3
 """Bullet's margin around the triangles of meshes in memory (m)."""
 THINNEST = 1e-6
@@ -75,7 +75,7 @@ def _new_field(mesh: TriangleMesh) -> MeshField:
 
 
 def add_field_asset(spec: Any, name: str, field: MeshField) -> None:
-    """Add the height field that stands for a mesh to a spec."""
+    """Add the height field that represents a mesh to a spec."""
     asset = spec.add_hfield(name=name, nrow=2, ncol=2)
     asset.size = [field.size[0] / 2, field.size[1] / 2, field.size[2], BASE]
     asset.userdata = np.zeros(4, np.float32)

@@ -24,7 +24,6 @@ from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
     from roboyard.sim.build.mesh_assets import MeshAssets
-    from roboyard.sim.build.records import BuiltLink
 
 HALF_THICKNESS = 1e-3
 """Distance (m) of a prism's two triangles from the triangle itself."""
@@ -59,7 +58,7 @@ class TriangleWindow:
     slots: list[Any] = field(default_factory=list)
     """The spec's geoms."""
     whole: Any = None
-    """The spec's geom that stands for all triangles where these are searched, else None."""
+    """The spec's geom that represents all triangles where these are searched, else None."""
 
     @property
     def tree(self) -> TriangleTree:
@@ -122,8 +121,8 @@ def add_slots(
         meshes: names of the link's meshes, which those of the slots are added to.
         assets: the spec's meshes.
         count: number of slots to add.
-        fields: of the spec's geoms; without any, those of the window's first geom. Beside a geom that stands
-            for all triangles, slots do not collide.
+        fields: of the spec's geoms; without any, those of the window's first geom. Beside a geom that
+            represents all triangles, slots do not collide.
     """
     from roboyard._mujoco import mujoco
 
@@ -140,16 +139,18 @@ def add_slots(
         geoms.append(geom)
 
 
-def show_slots(window: TriangleWindow, record: BuiltLink, spec: Any, assets: MeshAssets) -> None:
-    """Let the slots of a mesh collide in place of the geom that stands for all triangles."""
+def show_slots(
+    window: TriangleWindow, spec: Any, body: Any, geoms: list[Any], meshes: list[str], assets: MeshAssets
+) -> None:
+    """Let the slots of a mesh collide in place of the geom that represents all triangles; see `add_slots`."""
     whole = window.whole
     fields = {name: getattr(whole, name) for name in _COPIED}
     for slot in window.slots:
         slot.contype, slot.conaffinity = whole.contype, whole.conaffinity
     name = whole.hfieldname
-    record.geoms[:] = [geom for geom in record.geoms if geom is not whole]
+    geoms[:] = [geom for geom in geoms if geom is not whole]
     spec.delete(whole)
     spec.delete(spec.hfield(name))
     window.whole = None
     missing = min(len(window.tree), FEWEST) - len(window.slots)
-    add_slots(window, record.element, record.geoms, record.meshes, assets, max(missing, 0), **fields)
+    add_slots(window, body, geoms, meshes, assets, max(missing, 0), **fields)

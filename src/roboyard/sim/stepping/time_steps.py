@@ -20,7 +20,7 @@ from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
-from roboyard.sim.stepping.narrow_phase.field_contacts import MARK, FieldContacts, is_installed
+from roboyard.sim.stepping.narrow_phase.field_contacts import MARK
 from roboyard.sim.stepping.sequential_motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
 from roboyard.sim.stepping.step_rows import StepRows
@@ -92,8 +92,6 @@ class Stepping:
         self.in_turn = SequentialMotors(world, motors, surfaces, self.manifolds, constraints)
         """Robots with motors, where they are solved row by row as Bullet does."""
         motors.forces_elsewhere = self._own_motor_forces
-        self._fields = FieldContacts()
-        windows.are_searched = self._finds_fields
         self._is_implicit = world.profile.integrator == "implicitfast"
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = self._slides = False
         self._is_in_turn = False
@@ -263,19 +261,6 @@ class Stepping:
         else:
             self._finish(model, data, found, timestep, slides=False, alone=False)
 
-    def may_search_meshes(self) -> bool:
-        """Return whether the triangles of concave meshes can be searched where all shapes are known."""
-        is_known = self._world.profile.hard_contacts and self.surfaces.forms_of is not None
-        return is_known and is_installed()
-
-    def _finds_fields(self) -> bool:
-        """Return whether the points of all shapes on height fields are found here."""
-        world = self._world
-        if not world.hard_contacts or self._soft.by_id:
-            return False
-        model, data = world.live_model, world.live_data
-        return self._fields.leaves_room(model, self.surfaces.forms(model, data)) and self._fields.finds_all
-
     def _collide(self, call: Callable[[Any, Any], None], model: Any, data: Any) -> None:
         """Call a function of MuJoCo that finds contacts, with room for those that are found here."""
         flags = self._flags_of_fields(model, data)
@@ -289,7 +274,7 @@ class Stepping:
         assert self._compiled is not None
         if not (self._compiled[6] and self.manifolds.keeps and self._world.hard_contacts):
             return 0
-        return MARK if self._fields.leaves_room(model, self.surfaces.forms(model, data)) else 0
+        return MARK if self._windows.fields.leaves_room(model, self.surfaces.forms(model, data)) else 0
 
     def _solve_contacts(self, model: Any, data: Any, found: StepRows) -> bool:
         """Execute a step up to the integration without MuJoCo's rows of contacts; return whether it could."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,9 @@ from roboyard.sim.build.triangle_windows import (
     show_slots,
 )
 from roboyard.sim.engine import Engine
+from roboyard.sim.soft.soft_bodies import SoftBodies
+from roboyard.sim.stepping.narrow_phase.field_contacts import FieldContacts, is_installed
+from roboyard.sim.stepping.surfaces import Surfaces
 
 kernels = lazy_module("roboyard.sim.stepping.triangle_kernels")
 
@@ -30,12 +32,12 @@ LOOKAHEAD = 0.01
 class TriangleWindows:
     """The windows of one world: `update` before each step, `correct_contacts` before its constraints."""
 
-    def __init__(self, world: Engine[Body]) -> None:
-        self._world = world
+    def __init__(self, world: Engine[Body], surfaces: Surfaces, soft: SoftBodies) -> None:
+        self._world, self._surfaces, self._soft = world, surfaces, soft
+        self.fields = FieldContacts()
+        """Room for the points of shapes on height fields."""
         self._windows: list[TriangleWindow] = []
         self._located: list[_Located] | None = None
-        self.are_searched: Callable[[], bool] = lambda: False
-        """Function that returns whether steps search the triangles that are shown as a whole."""
         self.is_outdated = False
         """Whether MuJoCo's arrays are new since the last `update`."""
 
@@ -49,7 +51,20 @@ class TriangleWindows:
         """Whether steps need slots: not where all triangles are searched."""
         if not self._windows:
             return False
-        return any(window.whole is None for window in self._windows) or not self.are_searched()
+        return any(window.whole is None for window in self._windows) or not self._are_searched()
+
+    def may_search(self) -> bool:
+        """Return whether the triangles of meshes can be searched where the forms of all shapes are known."""
+        is_known = self._world.profile.hard_contacts and self._surfaces.forms_of is not None
+        return is_known and is_installed()
+
+    def _are_searched(self) -> bool:
+        """Return whether the points of all shapes on height fields are found here."""
+        world = self._world
+        if not world.hard_contacts or self._soft.by_id:
+            return False
+        model, data = world.live_model, world.live_data
+        return self.fields.leaves_room(model, self._surfaces.forms(model, data)) and self.fields.finds_all
 
     def invalidate(self) -> None:
         """Look up the windows of all bodies: MuJoCo's arrays are new."""
@@ -99,18 +114,19 @@ class TriangleWindows:
     def hides(self, geom: int) -> bool:
         """Return whether a geom is not one of those whose triangles were near in the last `update`.
 
-        So are slots of other triangles, and geoms that stand for all triangles.
+        So are slots of other triangles, and geoms that represent all triangles.
         """
         return any(located.hides(geom) for located in self._all_located())
 
     def _show_slots(self) -> None:
-        """Give slots to meshes that were shown as a whole: a shape is there whose points are not found here."""
+        """Give slots to meshes that were shown as a whole: the points of a shape are not found here."""
         world = self._world
         for body in world.body_by_id.values():
             for record in body.built.links:
                 for window in record.windows:
                     if window.whole is not None:
-                        show_slots(window, record, world.raw_spec, world.assets)
+                        element, geoms, meshes = record.element, record.geoms, record.meshes
+                        show_slots(window, world.raw_spec, element, geoms, meshes, world.assets)
         world.mark_stale()
         world.ensure_compiled()
 
@@ -214,7 +230,7 @@ class _Located:
         return float(self._inset[one]) if self._slot_of_geom[two] >= 0 else 0.0
 
     def hides(self, geom: int) -> bool:
-        """Return whether a geom is a slot whose triangle was not near, or stands for all triangles."""
+        """Return whether a geom is a slot whose triangle was not near, or represents all triangles."""
         if geom == self._whole:
             return True
         slot = int(self._slot_of_geom[geom])
@@ -257,7 +273,7 @@ class _Located:
 
 
 def _soft_bodies(model: Any, data: Any) -> list[tuple[np.ndarray, tuple[np.ndarray, ...]]]:
-    """Return numbers and boxes of all soft bodies as those of geoms at the world's frame; none without any."""
+    """Return numbers and boxes of all soft bodies as those of geoms in the world's frame."""
     count = model.nflex
     if not count:
         return []

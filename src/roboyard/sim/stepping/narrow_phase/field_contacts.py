@@ -81,7 +81,7 @@ def leave_room(model, data, contact, field, shape, margin):  # pragma: no cover
 
     model, data: addresses of MjModel and MjData. contact: address of distance, place, normal and tangent of
     each. field, shape: geoms. margin: distance (m) up to which there is a contact. -1: MuJoCo's own contacts
-    are wanted. A field of thickness `BASE` stands for a mesh and has none of these.
+    are wanted. A field of thickness `BASE` represents a mesh and has none of these.
     """
     number = integers_at(words_at(model + PLACES[0], 1)[0] + 4 * field, 1)[0]
     size = numbers_at(words_at(model + PLACES[2], 1)[0] + 32 * number, 4)

@@ -1,4 +1,4 @@
-"""MuJoCo's height fields, and the meshes that some stand for, as arguments of compiled loops."""
+"""MuJoCo's height fields, and the meshes that some represent, as arguments of compiled loops."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Fields(NamedTuple):
     heights: np.ndarray
     """Shares of the ranges of heights, row by row from the least y; of none where there are no fields."""
     meshes: np.ndarray
-    """(n,) row in `trees` of the mesh that a field stands for, -1 for terrain."""
+    """(n,) row in `trees` of the mesh that a field represents, -1 for terrain."""
     trees: np.ndarray
     """(m, 3) each mesh's first row of `boxes` and first one of `leaves`, and its number of leaves."""
     boxes: np.ndarray
@@ -39,7 +39,7 @@ class Fields(NamedTuple):
     corners: np.ndarray
     """(t, 9) the triangles' corners in the frame of the geom (m)."""
     margins: np.ndarray
-    """(m,) margin around the triangles of each mesh (m), which balls do not feel."""
+    """(m,) margin around the triangles of each mesh (m), which does not hold for balls."""
 
 
 def fields_of(model: Any, data: Any, windows: Sequence[TriangleWindow]) -> Fields:
