@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import roboyard.pybullet as p
+from roboyard.sim.stepping.narrow_phase import field_contacts
 
 VALLEY = "v -1 -1 1\nv 0 -1 0\nv 1 -1 1\nv -1 1 1\nv 0 1 0\nv 1 1 1\nf 1 2 5\nf 1 5 4\nf 2 3 6\nf 2 6 5\n"
 RADIUS = 0.1
@@ -107,8 +108,66 @@ def test_the_closest_triangle_of_a_mesh_counts(stairs: str) -> None:
     shape = p.createCollisionShape(p.GEOM_MESH, fileName=stairs, flags=p.GEOM_FORCE_CONCAVE_TRIMESH)
     body = p.createMultiBody(0, shape)
     ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.06), -1, [0.15, 0, 0.2])
-    nearest = min(point[8] for point in p.getClosestPoints(ball, body, 0.5))
-    assert nearest == pytest.approx(math.hypot(0.15, 0.05) - 0.06, abs=5e-4), "the edge of the next step"
+    points = p.getClosestPoints(ball, body, 0.5)
+    nearest = min(points, key=lambda point: point[8])
+    assert nearest[8] == pytest.approx(math.hypot(0.15, 0.05) - 0.06, abs=5e-4), "the edge of the next step"
+    # PyBullet 3.2.7 has those of all triangles within the distance
+    assert len(points) == 20
+    assert nearest[8] == pytest.approx(0.0981138924327411, abs=1e-9)
+    assert nearest[5] == pytest.approx((0.20692099901394928, 0.0, 0.18102633743174543), abs=1e-8)
+    assert nearest[6] == pytest.approx((0.30000001192092896, 0.0, 0.15000000596046448), abs=1e-8)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_closest_points_of_a_height_field_are_those_of_all_its_triangles(client: int, swapped: bool) -> None:
+    """The numbers of PyBullet 3.2.7."""
+    shape = p.createCollisionShape(
+        p.GEOM_HEIGHTFIELD, meshScale=[0.1, 0.1, 1], numHeightfieldRows=8, numHeightfieldColumns=8,
+        heightfieldData=[0.1 * ((7 * k) % 5) for k in range(64)],
+    )  # fmt: skip
+    ground = p.createMultiBody(0, shape)
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), -1, [0, 0, 0.6])
+    points = p.getClosestPoints(*((ground, ball) if swapped else (ball, ground)), 1.0)
+    assert len(points) == 98
+    first = points[0]
+    on_ball, on_ground = (first[6], first[5]) if swapped else (first[5], first[6])
+    assert on_ball == pytest.approx(
+        (-0.03386427307392981, -0.04740998230350174, 0.5187257446225684), abs=1e-9
+    )
+    assert on_ground == pytest.approx((-0.25, -0.35, 0.0), abs=1e-8)
+    normal = [-v for v in first[7]] if swapped else list(first[7])
+    assert normal == pytest.approx((0.3386427307392982, 0.4740998230350175, 0.8127425537743156), abs=1e-9)
+    assert first[8] == pytest.approx(0.6382411530116701, abs=1e-9)
+
+
+def test_shapes_of_forms_that_are_not_known_meet_slots(stairs: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(field_contacts, "are_known", lambda model, forms: False)
+    shape = p.createCollisionShape(p.GEOM_MESH, fileName=stairs, flags=p.GEOM_FORCE_CONCAVE_TRIMESH)
+    body = p.createMultiBody(0, shape)
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.06), -1, [0.15, -0.3, 0.1])
+    for _ in range(240):
+        p.stepSimulation()
+    assert p.getBasePositionAndOrientation(ball)[0][2] == pytest.approx(0.06, abs=2e-4)
+    assert {point[2] for point in p.getContactPoints(ball)} == {body}
+    nearest = min(point[8] for point in p.getClosestPoints(ball, body, 0.2))
+    assert nearest == pytest.approx(0.0, abs=5e-4)
+
+
+def test_soft_bodies_rest_on_triangles(stairs: str) -> None:
+    shape = p.createCollisionShape(p.GEOM_MESH, fileName=stairs, flags=p.GEOM_FORCE_CONCAVE_TRIMESH)
+    p.createMultiBody(0, shape)
+    lines = [f"v {x} {y} {z}" for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
+    for a, b, c, d in ((1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4)):
+        lines += [f"f {a} {b} {c}", f"f {a} {c} {d}"]
+    cube = Path(stairs).with_name("cube.obj")
+    cube.write_text("\n".join([*lines, ""]))
+    soft = p.loadSoftBody(
+        str(cube), basePosition=[0.75, 0, 0.6], scale=0.2, mass=1, useMassSpring=1,
+        springElasticStiffness=40, springDampingStiffness=0.1, collisionMargin=0.01,
+    )  # fmt: skip
+    for _ in range(240):
+        p.stepSimulation()
+    assert p.getAABB(soft)[0][2] == pytest.approx(0.3, abs=0.03), "the third step"
 
 
 _TROUGH = """

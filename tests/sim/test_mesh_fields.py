@@ -12,9 +12,8 @@ from roboyard.sim.build.triangle_order import triangle_order
 from roboyard.sim.build.triangle_windows import TriangleWindow
 from roboyard.sim.stepping.narrow_phase import field_contacts
 from roboyard.sim.stepping.narrow_phase.closest_points import SECOND
-from roboyard.sim.stepping.narrow_phase.field_kernels import (
-    BOUNDS,
-    WORK,
+from roboyard.sim.stepping.narrow_phase.field_kernels import BOUNDS, WORK
+from roboyard.sim.stepping.narrow_phase.field_triangles import (
     after,
     end_of_leaf,
     first_triangle,
@@ -98,7 +97,7 @@ def test_leaves_that_meet_a_box_have_the_triangles_that_numpy_finds(count: int) 
     window = TriangleWindow(mesh=mesh, origin=None, is_file=False)  # type: ignore[arg-type]
     spec = mujoco.MjSpec()
     for name in ("other", "mesh"):
-        add_field_asset(spec, name, mesh_field(mesh))
+        add_field_asset(spec, name, mesh_field(mesh, single=False))
     turn = (0.5, 0.5, -0.5, 0.5)
     place = (0.1, -0.2, 0.3)
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname="other")
@@ -110,7 +109,7 @@ def test_leaves_that_meet_a_box_have_the_triangles_that_numpy_finds(count: int) 
     mujoco.mj_kinematics(model, data)
     fields = fields_of(model, data, [window])
     assert fields.meshes.tolist() == [-1, 0]
-    field = mesh_field(mesh)
+    field = mesh_field(mesh, single=False)
     corners = field.corners.reshape(-1, 3, 3)
     rotation = data.geom_xmat[window.whole.id].reshape(3, 3)
     rng, work, seen = np.random.default_rng(1), np.zeros(WORK), 0
@@ -145,7 +144,7 @@ def test_all_nodes_of_a_tree_come_after_their_parents_and_first_children() -> No
 def test_mujoco_finds_nothing_on_a_field_that_stands_for_a_mesh(shape: str) -> None:
     """It only leaves room, where points of known shapes are found later."""
     spec = mujoco.MjSpec()
-    add_field_asset(spec, "mesh", mesh_field(_soup(50, 2)))
+    add_field_asset(spec, "mesh", mesh_field(_soup(50, 2), single=False))
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname="mesh")
     body = spec.worldbody.add_body(pos=(0.1, 0.2, 1.0))
     body.add_freejoint()

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 _ZEROS = (0.0, 0.0, 0.0)
+_FIELD = 1
+"""MuJoCo's type of height fields."""
 
 
 @command()
@@ -133,7 +135,8 @@ def _closest_points(
     if has_windows:
         first, second = ([k for k in geoms if not windows.hides(k[2])] for geoms in (first, second))
     data, model = world.kinematics(), world.live_model
-    points, ends = [], np.zeros(6)
+    points, ends = list[Point](), np.zeros(6)
+    kinds, has_fields = model.geom_type, model.nhfield > 0
     hulls = scene.geom_margins() if world is scene.world else geom_margins(model)
     others = [(*place, hulls.item(place[2])) for place in second]
     for body_a, link_a, geom_a in first:
@@ -141,19 +144,28 @@ def _closest_points(
         for body_b, link_b, geom_b, margin_b in others:
             margin_a = hull_a - windows.inset(geom_a, geom_b) if has_windows else hull_a
             reach = max(limit + (margin_a + margin_b), 1e-6)
+            if has_fields and (kinds[geom_a] == _FIELD) != (kinds[geom_b] == _FIELD):
+                on_field = _on_field(world, geom_a, geom_b, reach)
+                if on_field is not None:
+                    points += [
+                        _closest(
+                            body_a, body_b, link_a, link_b, distance, between, normal, margin_a, margin_b
+                        )
+                        for distance, between, normal in on_field
+                    ]
+                    continue
             gap = mujoco.mj_geomDistance(model, data, geom_a, geom_b, reach, ends)
             if gap > reach or (gap == reach and not ends.any()):
                 continue
-            points.append(_closest(body_a, body_b, link_a, link_b, gap, ends, margin_a, margin_b))
+            normal = _direction(gap, ends)
+            points.append(_closest(body_a, body_b, link_a, link_b, gap, ends, normal, margin_a, margin_b))
     return tuple(points)
 
 
 def _show_triangles(world: World, limit: float) -> None:
-    """Give geoms to the triangles of concave meshes near other shapes, within a distance (m)."""
-    if not world.is_stale and not world.windows.is_active:
-        return
+    """Give geoms to the triangles of concave meshes near other shapes, where these are not searched."""
     world.ensure_compiled()
-    if world.windows.is_active:
+    if world.windows.shows_slots:
         world.windows.update(limit, everything=True)
 
 
@@ -201,6 +213,37 @@ def _geoms_of(scene: PhysicsScene, body: int, link: int) -> Geoms:
     return found if link == ANY_LINK else [place for place in found if place[1] == link]
 
 
+def _on_field(
+    world: World, one: int, two: int, reach: float
+) -> list[tuple[float, np.ndarray, list[float]]] | None:
+    """Return distance (m), both closest points (6,) (m) and the direction from b to a of each triangle near.
+
+    One of the geoms is a field. None where the form of the other one is not known.
+    """
+    from roboyard.sim.queries.field_points import points_on_field
+
+    is_first = world.live_model.geom_type[one] == _FIELD
+    found = points_on_field(world, one, two, reach) if is_first else points_on_field(world, two, one, reach)
+    if found is None:
+        return None
+    if is_first:  # the direction is from the field to the shape
+        found[:, 1:7] = found[:, [4, 5, 6, 1, 2, 3]]
+        found[:, 7:] *= -1.0
+    return [(float(row[0]), row[1:7], row[7:].tolist()) for row in found]
+
+
+def _direction(gap: float, ends: np.ndarray) -> tuple[float, float, float]:
+    """Return the direction from the second to the first of MuJoCo's closest points (6,) (m)."""
+    ax, ay, az, bx, by, bz = ends.tolist()
+    x, y, z = ax - bx, ay - by, az - bz
+    length = sqrt(x * x + y * y + z * z)
+    if length <= 1e-12:
+        x, y, z, length = 0.0, 0.0, 1.0, 1.0
+    if gap < 0.0:
+        length = -length
+    return x / length, y / length, z / length
+
+
 def _closest(
     body_a: int,
     body_b: int,
@@ -208,6 +251,7 @@ def _closest(
     link_b: int,
     gap: float,
     ends: np.ndarray,
+    normal: Sequence[float],
     margin_a: float,
     margin_b: float,
 ) -> Point:
@@ -219,19 +263,13 @@ def _closest(
         link_a: link of the first body.
         link_b: link of the second body.
         gap: MuJoCo's distance (m), without margins.
-        ends: (6,) MuJoCo's closest points in the world frame (m).
+        ends: (6,) closest points of the shapes without margins in the world frame (m).
+        normal: direction from the second to the first shape.
         margin_a: margin of the first of Bullet's shapes (m), which brings the points closer.
         margin_b: that of the second one (m).
     """
     ax, ay, az, bx, by, bz = ends.tolist()
-    x, y, z = ax - bx, ay - by, az - bz
-    length = sqrt(x * x + y * y + z * z)
-    if length > 1e-12:
-        x, y, z = x / length, y / length, z / length
-    else:
-        x, y, z = 0.0, 0.0, 1.0
-    if gap < 0.0:
-        x, y, z = -x, -y, -z
+    x, y, z = normal
     return (
         *(0, body_a, body_b, link_a, link_b),
         *((ax - margin_a * x, ay - margin_a * y, az - margin_a * z),),

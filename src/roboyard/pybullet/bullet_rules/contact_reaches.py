@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from roboyard._records import dataclass
-from roboyard.description.model import Box, Collision, Cylinder, Geometry, Mesh, Pose, Sphere
-from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, local_bounds
+from roboyard.description.model import Box, Collision, Cylinder, Geometry, Heightfield, Mesh, Pose, Sphere
+from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, field_bounds, local_bounds
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping.shape_forms import ShapeForms
 from roboyard.transforms import matrix_from_quaternion
@@ -185,7 +185,10 @@ def _plain_box(geometry: Geometry, origin: Pose, implicit_cylinder: bool) -> tup
 
 def _new_box(shape: Collision, implicit_cylinder: bool) -> tuple[np.ndarray, float]:
     """Return the (4, 3) box around a shape and the largest radius of its edges (m), 0 where it has none."""
-    corners = None if shape.concave else local_bounds(shape.geometry, implicit_cylinder=implicit_cylinder)
+    if shape.concave or isinstance(shape.geometry, Heightfield):
+        corners = field_bounds(shape)
+    else:
+        corners = local_bounds(shape.geometry, implicit_cylinder=implicit_cylinder)
     if corners is None:
         return _UNKNOWN, 0.0
     turn, box = matrix_from_quaternion(shape.origin.quaternion), np.empty((4, 3))

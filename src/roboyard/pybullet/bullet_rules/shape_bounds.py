@@ -165,15 +165,21 @@ def _boxes(shape: Collision, *, implicit_cylinder: bool) -> list[Array]:
     geometry = shape.geometry
     if isinstance(geometry, Plane):
         return [PLANE_HALF_SIZE * np.array([[-1.0] * 3, [1.0] * 3])]
-    if isinstance(geometry, Heightfield):
-        (nx, ny), heights = geometry.heights.shape, geometry.heights
-        x, y = (nx - 1) * geometry.cell[0] / 2, (ny - 1) * geometry.cell[1] / 2
-        return [np.array([[-x, -y, heights.min()], [x, y, heights.max()]], dtype=float)]
-    if shape.concave and isinstance(geometry, Mesh):
-        corners = _mesh_bounds(geometry)
+    if isinstance(geometry, Heightfield) or (shape.concave and isinstance(geometry, Mesh)):
+        corners = field_bounds(shape)
         return [] if corners is None else [corners]
     found = (local_bounds(part, implicit_cylinder=implicit_cylinder) for part in split_geometry(geometry))
     return [box for box in found if box is not None]
+
+
+def field_bounds(shape: Collision) -> Array | None:
+    """Return (2, 3) corners of the box around terrain or a concave mesh in its own frame (m), else None."""
+    geometry = shape.geometry
+    if isinstance(geometry, Heightfield):
+        (nx, ny), heights = geometry.heights.shape, geometry.heights
+        x, y = (nx - 1) * geometry.cell[0] / 2, (ny - 1) * geometry.cell[1] / 2
+        return np.array([[-x, -y, heights.min()], [x, y, heights.max()]], dtype=float)
+    return _mesh_bounds(geometry) if isinstance(geometry, Mesh) else None
 
 
 def _bounds_of_one(shape: Collision, corners: Array, *, implicit_cylinder: bool) -> LinkBounds:

@@ -43,7 +43,7 @@ class QueryShapes:
     def place(
         self, known: Mapping[int, Any], first: QuerySide, second: QuerySide
     ) -> tuple[World, list[Body]]:
-        """Place two shapes of `known` (shape sets by id) and return the world and the bodies of both sides."""
+        """Place two shapes of `known` (shape sets by id); return the world and the bodies of both sides."""
         bodies = [self._body(known, number, side) for number, side in enumerate((first, second))]
         for body, side in zip(bodies, (first, second), strict=True):
             body.set_pose(*_pose(side))

@@ -99,7 +99,12 @@ def _add_triangles(
     record.hidden.append((collision, scale))
     x, y, z = (scale * v for v in collision.origin.position)
     origin = replace(collision.origin, position=(x, y, z))
-    window = TriangleWindow(mesh=mesh, origin=origin, is_file=collision.geometry.path is not None)
+    window = TriangleWindow(
+        mesh=mesh,
+        origin=origin,
+        is_file=collision.geometry.path is not None,
+        is_single=is_single(collision.geometry, scale),
+    )
     fields = {**fields, "group": COLLISION_GROUP, "rgba": (0.0, 0.0, 0.0, 0.0)}
     if options.searches_meshes:
         record.windows.append(window)
@@ -119,7 +124,7 @@ def _add_whole(
     """Add the geom that represents all triangles of a mesh."""
     from roboyard._mujoco import mujoco
 
-    field = mesh_field(window.mesh)
+    field = mesh_field(window.mesh, single=window.is_single)
     name = f"{record.element.name}/triangles{len(record.geoms) + len(record.visuals)}"
     add_field_asset(spec, name, field)
     turn = np.asarray(window.origin.quaternion, dtype=float)

@@ -24,7 +24,7 @@ MARGIN = 1e-3
 THINNEST = 1e-6
 """Smallest size of a box (m)."""
 _CACHE_SIZE = 16
-_fields: OrderedDict[int, tuple[TriangleMesh, MeshField]] = OrderedDict()
+_fields: OrderedDict[tuple[int, bool], tuple[TriangleMesh, MeshField]] = OrderedDict()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -46,20 +46,27 @@ class MeshField:
     """(n + 1,) int32 first triangle of each leaf."""
 
 
-def mesh_field(mesh: TriangleMesh) -> MeshField:
-    """Return the triangles of a mesh that has some, in its own frame (m); they are cached."""
-    found = _fields.get(id(mesh))
+def mesh_field(mesh: TriangleMesh, *, single: bool) -> MeshField:
+    """Return the triangles of a mesh that has some; they are cached.
+
+    Args:
+        mesh: in its own frame (m).
+        single: take its corners in single precision.
+    """
+    key = id(mesh), single
+    found = _fields.get(key)
     if found is None or found[0] is not mesh:
-        found = _fields[id(mesh)] = mesh, _new_field(mesh)
+        found = _fields[key] = mesh, _new_field(mesh, single)
         while len(_fields) > _CACHE_SIZE:
             _fields.popitem(last=False)
     return found[1]
 
 
-def _new_field(mesh: TriangleMesh) -> MeshField:
+def _new_field(mesh: TriangleMesh, single: bool) -> MeshField:
     from roboyard.sim.build.triangle_order import triangle_order
 
-    corners = np.asarray(mesh.vertices, dtype=float)[mesh.faces]
+    vertices = mesh.vertices.astype(np.float32) if single else mesh.vertices
+    corners = np.asarray(vertices, dtype=float)[mesh.faces]
     corners = corners[triangle_order(corners)]
     least, most = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     middle = np.array([(least[0] + most[0]) / 2, (least[1] + most[1]) / 2, least[2]])

@@ -1,11 +1,11 @@
 """Concave meshes of fixed bodies: slots for their triangles, of which MuJoCo sees those near moving bodies.
 
-MuJoCo collides convex shapes only. Where triangles are not searched here (`mesh_fields`), and for the closest
-points of bodies, a window has a limited number of slots, flat prisms, which
-`roboyard.sim.stepping.triangle_windows` moves to the triangles that may be touched in the next step. So the
-cost of a compile and of a step depends on how many triangles are near, not on how many the mesh has. A geom
-without contacts holds all triangles for rays; it is added when a world is first asked for rays or boxes
-(`Engine.show_triangles`), since MuJoCo takes longer to compile it than all else.
+MuJoCo collides convex shapes only. Where triangles are not searched here (`mesh_fields`), a window has a
+limited number of slots, flat prisms, which `roboyard.sim.stepping.triangle_windows` moves to the triangles
+that may be touched in the next step. So the cost of a compile and of a step depends on how many triangles are
+near, not on how many the mesh has. A geom without contacts holds all triangles for rays; it is added when a
+world is first asked for rays or boxes (`Engine.show_triangles`), since MuJoCo takes longer to compile it than
+all else.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ PRISM_FACES = np.array(
     [[0, 1, 2], [3, 5, 4], [0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2], [2, 5, 3], [2, 3, 0]], dtype=np.int32
 )
 _COPIED = ("condim", "contype", "conaffinity", "friction", "priority", "solref", "solimp", "group", "rgba")
-"""Fields that new slots take over from another geom of the mesh."""
+"""Fields that new slots take over from the first one, or from the geom that represented all triangles."""
 _CACHE_SIZE = 16
 _trees: OrderedDict[tuple[int, Pose], tuple[TriangleMesh, TriangleTree]] = OrderedDict()
 _apart: OrderedDict[int, tuple[TriangleMesh, TriangleMesh]] = OrderedDict()
@@ -55,6 +55,8 @@ class TriangleWindow:
     """Pose of that frame in the link's frame (m)."""
     is_file: bool
     """Whether the mesh comes from a file; Bullet gives such meshes no margin."""
+    is_single: bool = False
+    """Whether its corners are still to be taken in single precision, as Bullet reads them from files."""
     slots: list[Any] = field(default_factory=list)
     """The spec's geoms."""
     whole: Any = None
@@ -121,16 +123,12 @@ def add_slots(
         meshes: names of the link's meshes, which those of the slots are added to.
         assets: the spec's meshes.
         count: number of slots to add.
-        fields: of the spec's geoms; without any, those of the window's first geom. Beside a geom that
-            represents all triangles, slots do not collide.
+        fields: of the spec's geoms; without any, those of the window's first slot.
     """
     from roboyard._mujoco import mujoco
 
     if not fields:
-        first = window.whole or window.slots[0]
-        fields = {name: getattr(first, name) for name in _COPIED}
-        if window.whole is not None:
-            fields |= {"contype": 0, "conaffinity": 0}
+        fields = {name: getattr(window.slots[0], name) for name in _COPIED}
     for _ in range(count):
         name = assets.add_own(PRISM, PRISM_FACES)
         meshes.append(name)
@@ -145,12 +143,9 @@ def show_slots(
     """Let the slots of a mesh collide in place of the geom that represents all triangles; see `add_slots`."""
     whole = window.whole
     fields = {name: getattr(whole, name) for name in _COPIED}
-    for slot in window.slots:
-        slot.contype, slot.conaffinity = whole.contype, whole.conaffinity
     name = whole.hfieldname
     geoms[:] = [geom for geom in geoms if geom is not whole]
     spec.delete(whole)
     spec.delete(spec.hfield(name))
     window.whole = None
-    missing = min(len(window.tree), FEWEST) - len(window.slots)
-    add_slots(window, body, geoms, meshes, assets, max(missing, 0), **fields)
+    add_slots(window, body, geoms, meshes, assets, min(len(window.tree), FEWEST), **fields)

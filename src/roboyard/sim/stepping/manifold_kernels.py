@@ -10,22 +10,15 @@ from roboyard.sim.stepping.impulses.slide_directions import comes_second
 from roboyard.sim.stepping.narrow_phase.closest_points import FIRST, SECOND
 from roboyard.sim.stepping.narrow_phase.edge_kernels import write_core
 from roboyard.sim.stepping.narrow_phase.field_kernels import (
-    BOUNDS,
     FIELDS,
     POINT,
-    after,
-    end_of_leaf,
-    first_triangle,
     is_beyond,
     is_searched,
-    next_leaf,
     on_triangle,
     radius_around,
-    write_bounds,
-    write_half_of_cell,
     write_point,
-    write_triangle,
 )
+from roboyard.sim.stepping.narrow_phase.field_triangles import PLACE, begin, next_triangle
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
 PLANE, FIELD, SPHERE, BOX = 0, 1, 2, 6
@@ -276,59 +269,20 @@ def find_on_field(
     Returns:
         The number of points.
     """
-    kind, number = geom_type[shape], fields.ids[field]
-    one, two, mesh = geom_body[field], geom_body[shape], fields.meshes[number]
-    write_bounds(fields, field, geom_type, two, xpos, xmat, boxes, shape, work)
-    margin = 0.0
-    first_column = last_column = first_row = last_row = 0
-    if mesh < 0:
-        rows, columns = fields.rows[number], fields.columns[number]
-        wide, deep = fields.sizes[number, 0], fields.sizes[number, 1]
-        step_x, step_y = 2.0 * wide / (columns - 1), 2.0 * deep / (rows - 1)
-        first_column = max(int(np.ceil((work[BOUNDS] + wide) / step_x)) - 1, 0)
-        last_column = min(int(np.floor((work[BOUNDS + 3] + wide) / step_x)), columns - 2)
-        first_row = max(int(np.ceil((work[BOUNDS + 1] + deep) / step_y)) - 1, 0)
-        last_row = min(int(np.floor((work[BOUNDS + 4] + deep) / step_y)), rows - 2)
-        if first_column > last_column or first_row > last_row:
-            return n
-        place = 0
-    else:
-        margin = fields.margins[mesh]
-        for k in range(3):
-            work[BOUNDS + k] -= margin
-            work[BOUNDS + 3 + k] += margin
-        place = next_leaf(fields, mesh, 0, work)
-        if place < 0:
-            return n
-        margin = 0.0 if kind == SPHERE else margin
+    kind, one, two = geom_type[shape], geom_body[field], geom_body[shape]
+    margin = begin(fields, field, geom_type, two, xpos, xmat, boxes, shape, 0.0, work)
+    if work[PLACE] < 0.0:
+        return n
+    if kind == SPHERE:
+        margin = 0.0
     write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, shape, work, FIRST)
     work[SECOND + 15] = margin
     thickness, round_off = widths[0] + widths[1], work[FIRST + 15] + margin
     far = reach + thickness + round_off
     radius, around = radius_around(kind, shape, hulls, spans, work), reach + thickness + margin
     fresh = work[POINT:]
-    half = triangle = 0
-    column, row = first_column, last_row
-    if mesh >= 0:
-        triangle = first_triangle(fields, mesh, place)
-    while place >= 0:
-        if mesh < 0:  # both triangles of each cell, column by column
-            is_near = write_half_of_cell(fields, field, row, column, half, work)
-            half = 1 - half
-            if half == 0:
-                row -= 1
-                if row < first_row:
-                    row, column = last_row, column + 1
-                    if column > last_column:
-                        place = -1
-        else:
-            is_near = write_triangle(fields, field, triangle, work)
-            triangle += 1
-            if triangle == end_of_leaf(fields, mesh, place):
-                place = next_leaf(fields, mesh, after(place), work)
-                if place >= 0:
-                    triangle = first_triangle(fields, mesh, place)
-        if not is_near or is_beyond(work, radius, around):
+    while next_triangle(fields, field, work):
+        if is_beyond(work, radius, around):
             continue
         apart, is_known = on_triangle(kind, shape, field, hulls, spans, far, work)
         gap = apart - round_off

@@ -112,10 +112,7 @@ class TriangleWindows:
         return sum(located.inset(one, two) for located in self._all_located())
 
     def hides(self, geom: int) -> bool:
-        """Return whether a geom is not one of those whose triangles were near in the last `update`.
-
-        So are slots of other triangles, and geoms that represent all triangles.
-        """
+        """Return whether a geom is a slot whose triangle was not near in the last `update`."""
         return any(located.hides(geom) for located in self._all_located())
 
     def _show_slots(self) -> None:
@@ -153,7 +150,6 @@ class _Located:
         self._row = int(body.mujoco_ids[index])
         self.geoms = np.array([geom.id for geom in window.slots], dtype=np.int32)
         tree = self._tree = window.tree
-        self._whole = -1 if window.whole is None else int(window.whole.id)
         self._slot_of = np.full(len(tree), -1, dtype=np.int32)
         self._triangle_of = np.full(len(self.geoms), -1, dtype=np.int32)
         self._seen, self._mark = np.zeros(len(tree), dtype=np.int64), 0
@@ -230,9 +226,7 @@ class _Located:
         return float(self._inset[one]) if self._slot_of_geom[two] >= 0 else 0.0
 
     def hides(self, geom: int) -> bool:
-        """Return whether a geom is a slot whose triangle was not near, or represents all triangles."""
-        if geom == self._whole:
-            return True
+        """Return whether a geom is a slot whose triangle was not near in the last update."""
         slot = int(self._slot_of_geom[geom])
         return slot >= 0 and self._seen[self._triangle_of[slot]] != self._mark
 
@@ -243,6 +237,7 @@ class _Located:
         if not number:
             return
         number = int(number)
+        self._world.mark_moved()  # the slots
         tree = self._tree
         kernels().write_prisms(
             *(self._changed[:number], self._triangle_of, self.geoms, HALF_THICKNESS),

@@ -1,7 +1,7 @@
-"""Points of shapes on height fields, found triangle by triangle as an impulse engine does.
+"""Points of shapes on the triangles of height fields and meshes, found as an impulse engine does.
 
-Bullet looks at the triangles of the cells under the box around a shape, in the order of the cells, and adds
-the closest points of each to those that the pair keeps. Triangles have two sides and no thickness.
+Bullet adds the closest points of each triangle near a shape to those that the pair keeps. Triangles have two
+sides and no thickness.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ FIELD = 1
 ENDLESS = 1e8
 """Half size (m) from which on a box is that of a shape of which nothing is known."""
 TINY = 2.220446049250313e-16
-BOUNDS, AXES, POINT = SEARCHED, SEARCHED + 6, SEARCHED + 18
+BOUNDS, AXES, POINT, CURSOR = SEARCHED, SEARCHED + 6, SEARCHED + 18, SEARCHED + 34
 """Places in the work array: of the shape's box in the frame of the field; of the middle and half axes of the
-box around it; of a new point, as `keep_points` writes it."""
-WORK = POINT + 16
+box around it; of a new point, as `keep_points` writes it; of the search of `field_triangles`."""
+WORK = CURSOR + 8
 """Length of the work array."""
 
 
@@ -82,94 +82,6 @@ def write_bounds(fields, field, geom_type, body, xpos, xmat, boxes, shape, work)
         if geom_type[shape] == SPHERE:
             half = radius
         work[BOUNDS + d], work[BOUNDS + 3 + d] = middle - half, middle + half
-
-
-def write_corner(fields, field, row, column, z, work, place):  # pragma: no cover
-    """Write a corner of a height field, whose height in the field is z (m), in the world at `place`."""
-    number = fields.ids[field]
-    x = fields.sizes[number, 0] * (2.0 * column / (fields.columns[number] - 1) - 1.0)
-    y = fields.sizes[number, 1] * (2.0 * row / (fields.rows[number] - 1) - 1.0)
-    for k in range(3):
-        across = fields.turns[field, 3 * k] * x + fields.turns[field, 3 * k + 1] * y
-        work[place + k] = across + fields.turns[field, 3 * k + 2] * z + fields.places[field, k]
-
-
-def write_half_of_cell(fields, field, row, column, half, work):  # pragma: no cover
-    """Write one of a cell's two triangles, on both sides of its diagonal, in the world at SECOND.
-
-    Returns:
-        Whether its heights meet the box at BOUNDS; else it is not written.
-    """
-    number = fields.ids[field]
-    columns, rise = fields.columns[number], fields.sizes[number, 2]
-    at = fields.starts[number] + row * columns + column
-    z, above = rise * fields.heights[at], rise * fields.heights[at + columns + 1]
-    side_row, side_column = (row + 1, column) if half == 0 else (row, column + 1)
-    beside = rise * fields.heights[at + (columns if half == 0 else 1)]
-    if min(z, above, beside) > work[BOUNDS + 5] or max(z, above, beside) < work[BOUNDS + 2]:
-        return False
-    t = SECOND + 3
-    first, last = (t, t + 6) if half == 0 else (t + 6, t)
-    write_corner(fields, field, row, column, z, work, first)
-    write_corner(fields, field, row + 1, column + 1, above, work, t + 3)
-    write_corner(fields, field, side_row, side_column, beside, work, last)
-    return True
-
-
-def first_triangle(fields, mesh, node):  # pragma: no cover
-    """Return the first triangle of a leaf of a mesh's tree, given as its node."""
-    return fields.leaves[fields.trees[mesh, 1] + node - fields.trees[mesh, 2] + 1]
-
-
-def end_of_leaf(fields, mesh, node):  # pragma: no cover
-    """Return the triangle after the last one of a leaf."""
-    return fields.leaves[fields.trees[mesh, 1] + node - fields.trees[mesh, 2] + 2]
-
-
-def next_leaf(fields, mesh, node, work):  # pragma: no cover
-    """Return the leaf of a mesh's tree from a node on whose box meets the one at BOUNDS; -1 for none.
-
-    Nodes are searched from first to second child, and so triangles are in the order of the mesh. A leaf is
-    given as its node; `after` returns the one to go on from.
-    """
-    first, leaves = fields.trees[mesh, 0], fields.trees[mesh, 2]
-    boxes = fields.boxes
-    while node >= 0:
-        at = first + node
-        if (
-            boxes[at, 0] > work[BOUNDS + 3] or boxes[at, 3] < work[BOUNDS]
-            or boxes[at, 1] > work[BOUNDS + 4] or boxes[at, 4] < work[BOUNDS + 1]
-            or boxes[at, 2] > work[BOUNDS + 5] or boxes[at, 5] < work[BOUNDS + 2]
-        ):  # fmt: skip
-            node = after(node)
-        elif node >= leaves - 1:
-            return node
-        else:
-            node = 2 * node + 1
-    return -1
-
-
-def after(node):  # pragma: no cover
-    """Return the node of a complete binary tree that is searched after a node and all below it; -1: none."""
-    while node > 0 and node % 2 == 0:
-        node = (node - 1) // 2
-    return node + 1 if node > 0 else -1
-
-
-def write_triangle(fields, field, triangle, work):  # pragma: no cover
-    """Write a triangle of a mesh in the world at SECOND; return whether its box meets the one at BOUNDS."""
-    corners = fields.corners
-    for d in range(3):
-        x, y, z = corners[triangle, d], corners[triangle, 3 + d], corners[triangle, 6 + d]
-        if min(x, y, z) > work[BOUNDS + 3 + d] or max(x, y, z) < work[BOUNDS + d]:
-            return False
-    for m in range(0, 9, 3):
-        x, y, z = corners[triangle, m], corners[triangle, m + 1], corners[triangle, m + 2]
-        for k in range(3):
-            across = fields.turns[field, 3 * k] * x + fields.turns[field, 3 * k + 1] * y
-            across += fields.turns[field, 3 * k + 2] * z
-            work[SECOND + 3 + m + k] = across + fields.places[field, k]
-    return True
 
 
 def is_beyond(work, radius, reach):  # pragma: no cover

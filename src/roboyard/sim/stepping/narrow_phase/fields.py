@@ -65,7 +65,7 @@ def fields_of(model: Any, data: Any, windows: Sequence[TriangleWindow]) -> Field
         heights=model.hfield_data,
         meshes=meshes,
         margins=np.array([0.0 if window.is_file else MARGIN for window in searched]),
-        **_joined([mesh_field(window.mesh) for window in searched]),
+        **_joined([mesh_field(window.mesh, single=window.is_single) for window in searched]),
     )
 
 
