@@ -45,7 +45,7 @@ class LinkBounds:
     """(2, 3) corners in the link's inertial frame (m), without the margin of hulls and compounds."""
     margin: float
     """Margin of the shape, or of the compound (m)."""
-    kind: Literal["sphere", "cylinder", "solid", "hull", "compound", "plane"]
+    kind: Literal["sphere", "cylinder", "solid", "hull", "compound", "plane", "triangles"]
     """Kind of the shape, or of the compound."""
     is_round: bool = False
     """Whether the margin is a radius, which scripts cannot change."""
@@ -196,6 +196,8 @@ def _bounds_of_one(shape: Collision, corners: Array, *, implicit_cylinder: bool)
             pass
         case Mesh() if not shape.concave:
             pass
+        case Mesh():
+            return LinkBounds(corners=corners, margin=MARGIN, kind="triangles")
         case _:
             return LinkBounds(corners=corners, margin=MARGIN, kind="solid")
     return LinkBounds(corners=corners + MARGIN * np.array([[1.0], [-1.0]]), margin=MARGIN, kind="hull")

@@ -24,7 +24,7 @@ def shape_moments(mass: float, bounds: LinkBounds, margin: float | None = None) 
         bounds: box around the shapes.
         margin: margin that replaces that of the bounds (m).
     """
-    if mass == 0.0:
+    if mass == 0.0 or bounds.kind == "triangles":  # Bullet has no moments of these
         return 0.0, 0.0, 0.0
     if bounds.kind == "sphere":
         moment = 0.4 * mass * bounds.margin**2

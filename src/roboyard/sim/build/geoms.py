@@ -57,7 +57,8 @@ def add_collision(
 ) -> None:
     """Add one collision shape to a link's body; a shape without size is skipped with a note."""
     static = record.is_static
-    is_concave = static and collision.concave and isinstance(collision.geometry, Mesh)
+    may_be_concave = static or options.searches_meshes
+    is_concave = may_be_concave and collision.concave and isinstance(collision.geometry, Mesh)
     contact = record.link.contact if record.link is not None else None
     fields = {
         "contype": options.contype,

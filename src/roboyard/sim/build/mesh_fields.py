@@ -1,4 +1,4 @@
-"""Concave meshes of fixed bodies whose triangles are searched as those of a height field are.
+"""Concave meshes whose triangles are searched as those of a height field are.
 
 MuJoCo collides convex shapes only. One geom represents all triangles of a mesh: a height field without
 heights, as large as the box around the mesh. MuJoCo says which shapes are in that box, and

@@ -1,4 +1,4 @@
-"""Concave meshes of fixed bodies: slots for their triangles, of which MuJoCo sees those near moving bodies.
+"""Concave meshes: slots for the triangles of fixed bodies, of which MuJoCo sees those near moving bodies.
 
 MuJoCo collides convex shapes only. Where triangles are not searched here (`mesh_fields`), a window has a
 limited number of slots, flat prisms, which `roboyard.sim.stepping.triangle_windows` moves to the triangles
@@ -20,7 +20,7 @@ from roboyard._records import dataclass
 from roboyard.description.model import Pose
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.shapes.triangle_tree import TriangleTree, triangle_tree
-from roboyard.transforms import matrix_from_quaternion
+from roboyard.transforms import matrix_from_quaternion, to_wxyz
 
 if TYPE_CHECKING:
     from roboyard.sim.build.mesh_assets import MeshAssets
@@ -137,15 +137,33 @@ def add_slots(
         geoms.append(geom)
 
 
+def show_hull(
+    window: TriangleWindow, spec: Any, body: Any, geoms: list[Any], meshes: list[str], assets: MeshAssets
+) -> None:
+    """Let the hull of a mesh of a body that moves collide in place of its triangles; see `add_slots`."""
+    from roboyard._mujoco import mujoco
+
+    fields = {name: getattr(window.whole, name) for name in _COPIED if name != "rgba"}
+    _remove_whole(window, spec, geoms)
+    name = assets.add(window.mesh, hull=True, single=window.is_single)
+    meshes.append(name)
+    turn = to_wxyz(np.asarray(window.origin.quaternion, dtype=float))
+    place = {"pos": window.origin.position, "quat": turn, "mass": 0.0}
+    geoms.append(body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **place, **fields))
+
+
 def show_slots(
     window: TriangleWindow, spec: Any, body: Any, geoms: list[Any], meshes: list[str], assets: MeshAssets
 ) -> None:
     """Let the slots of a mesh collide in place of the geom that represents all triangles; see `add_slots`."""
-    whole = window.whole
-    fields = {name: getattr(whole, name) for name in _COPIED}
-    name = whole.hfieldname
+    fields = {name: getattr(window.whole, name) for name in _COPIED}
+    _remove_whole(window, spec, geoms)
+    add_slots(window, body, geoms, meshes, assets, min(len(window.tree), FEWEST), **fields)
+
+
+def _remove_whole(window: TriangleWindow, spec: Any, geoms: list[Any]) -> None:
+    whole, name = window.whole, window.whole.hfieldname
     geoms[:] = [geom for geom in geoms if geom is not whole]
     spec.delete(whole)
     spec.delete(spec.hfield(name))
     window.whole = None
-    add_slots(window, body, geoms, meshes, assets, min(len(window.tree), FEWEST), **fields)

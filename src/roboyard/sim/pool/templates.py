@@ -103,7 +103,8 @@ def is_poolable(description: RobotDescription, options: BuildOptions) -> bool:
     links, joints = description.links, description.joints
     if joints and (options.drives or len(links) > MOST_LINKS or any(joint.mimic for joint in joints)):
         return False
-    if options.fixed_base and any(shape.concave for link in links for shape in link.collisions):
+    may_be_concave = options.fixed_base or options.searches_meshes
+    if may_be_concave and any(shape.concave for link in links for shape in link.collisions):
         return False
     endless = (Heightfield, Plane) if options.fixed_base else Heightfield
     shapes = (shape for link in links for shape in (*link.collisions, *link.visuals))

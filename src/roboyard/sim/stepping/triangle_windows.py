@@ -16,6 +16,7 @@ from roboyard.sim.build.triangle_windows import (
     MOST,
     TriangleWindow,
     add_slots,
+    show_hull,
     show_slots,
 )
 from roboyard.sim.engine import Engine
@@ -116,14 +117,19 @@ class TriangleWindows:
         return any(located.hides(geom) for located in self._all_located())
 
     def _show_slots(self) -> None:
-        """Give slots to meshes that were shown as a whole: the points of a shape are not found here."""
+        """Give slots to meshes that were shown as a whole, or hulls, on bodies that move.
+
+        The points of some shape are not found here.
+        """
         world = self._world
-        for body in world.body_by_id.values():
-            for record in body.built.links:
-                for window in record.windows:
-                    if window.whole is not None:
-                        element, geoms, meshes = record.element, record.geoms, record.meshes
-                        show_slots(window, world.raw_spec, element, geoms, meshes, world.assets)
+        for record in (record for body in world.body_by_id.values() for record in body.built.links):
+            show = show_slots if record.is_static else show_hull
+            for window in record.windows:
+                if window.whole is not None:
+                    element, geoms, meshes = record.element, record.geoms, record.meshes
+                    show(window, world.raw_spec, element, geoms, meshes, world.assets)
+            if not record.is_static:
+                record.windows.clear()
         world.mark_stale()
         world.ensure_compiled()
 
