@@ -31,6 +31,8 @@ from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
 effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
+finding = lazy_module("roboyard.sim.stepping.impulses.finding")
+order = lazy_module("roboyard.sim.stepping.impulses.order")
 
 _ROWS = "rows of a step"
 """Name in `Engine.of_arrays`."""
@@ -107,6 +109,8 @@ class Stepping:
         self._compiled: tuple[Any, ...] | None = None
         """MuJoCo's options, a step's rows, velocities, accelerations, bounds on velocities, if any, and
         whether there are actuators and height fields."""
+        self._is_direct = False
+        """Whether the last step was three compiled calls, and no rule has changed since."""
 
     def refresh(self) -> None:
         """Look up which rules the steps have to apply."""
@@ -117,6 +121,7 @@ class Stepping:
         self._slides = self.constraints.has_slides
         self._has_rules = self._has_surfaces or self._has_motors or self._is_bounded
         self._makes_rows = True
+        self._is_direct = False
         self.in_turn.refresh()
 
     @property
@@ -127,6 +132,7 @@ class Stepping:
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
         self._compiled = None
+        self._is_direct = False
         self.sliding.invalidate()
         self.stops.invalidate()
         self.fast_turns.invalidate()
@@ -135,6 +141,7 @@ class Stepping:
 
     def note_bodies(self) -> None:
         """Note that bodies were added or removed, with or without a compile."""
+        self._is_direct = False
         self.sliding.invalidate()
         self.fast_turns.invalidate()
         self.manifolds.invalidate()
@@ -148,6 +155,20 @@ class Stepping:
         """Bound a joint's velocity (rad/s or m/s) instead of the world's profile."""
         self._velocity_limits[(body_id, joint_index)] = largest
         self._compiled = None
+
+    def next_step(self, model: Any, data: Any) -> None:
+        """Execute one step in the way that this world needs."""
+        if self._is_direct and self._direct_step(model, data):
+            if self._has_drag or self.wrenches.pending:
+                self._clear_forces()
+        elif self.is_plain:
+            self.plain_step(model, data)
+        else:
+            self.step(model, data)
+
+    def _clear_forces(self) -> None:
+        drag, self._has_drag = self._has_drag, False
+        self.wrenches.clear(drag=drag)
 
     def plain_step(self, model: Any, data: Any) -> None:
         """Execute one step of a world whose only rules are that sliding does not lift and stops hold."""
@@ -190,7 +211,7 @@ class Stepping:
 
     def step(self, model: Any, data: Any) -> None:
         """Execute one step with all rules."""
-        self.in_turn.contact_rows.is_last = False
+        self._is_direct = self.in_turn.contact_rows.is_last = False
         if self._soft.by_id:
             self._step_in_parts(model, data)
         elif self._world.hard_contacts:  # stops are rigid, too
@@ -201,8 +222,7 @@ class Stepping:
         else:
             self._whole_step(model, data)
         if self._has_drag or self.wrenches.pending:
-            drag, self._has_drag = self._has_drag, False
-            self.wrenches.clear(drag=drag)
+            self._clear_forces()
 
     def _step_in_parts(self, model: Any, data: Any) -> None:
         """Execute a step in as many parts as the stiffness of soft bodies requires."""
@@ -238,14 +258,29 @@ class Stepping:
             if self._solve_contacts(model, data, found):
                 own.is_last = True
                 mujoco.mj_Euler(model, data)
+                self._is_direct = not compiled[6] and own.makes_joints(model)
                 return
-            self._makes_rows, remade, answer = False, True, r.OTHERS
-        else:
-            self._collide(mujoco.mj_step1, model, data)
-            answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
-            remade = answer in (r.POINTS_ARE_NEW, r.ROWS_ARE_OLD)
-            if answer == r.POINTS_ARE_NEW:
-                self.manifolds.add(model, data, found)
+            self._makes_rows = False
+            self._solve_rows(model, data, found, r.OTHERS, remade=True)
+            return
+        self._collide(mujoco.mj_step1, model, data)
+        answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
+        if answer == r.POINTS_ARE_NEW:
+            self.manifolds.add(model, data, found)
+        remade = answer in (r.POINTS_ARE_NEW, r.ROWS_ARE_OLD)
+        self._solve_rows(model, data, found, answer, remade=remade)
+
+    def _solve_rows(self, model: Any, data: Any, found: StepRows, answer: int, *, remade: bool) -> None:
+        """Execute a step of motors and rigid contacts from MuJoCo's rows on.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            found: the contacts and rows.
+            answer: of the parts of `in_turn.execute` before.
+            remade: whether the rows have to be made again.
+        """
+        in_turn, slides = self.in_turn, self._slides
         if remade:
             mujoco.mj_makeConstraint(model, data)
         if slides:
@@ -257,10 +292,35 @@ class Stepping:
             return
         if remade:
             self._complete_rows(model, data, found)
+        timestep = model.opt.timestep
         if found.is_direct:
             self._finish_in_block(model, data, found, timestep)
         else:
             self._finish(model, data, found, timestep, slides=False, alone=False)
+
+    def _direct_step(self, model: Any, data: Any) -> bool:
+        """Do what `_motor_step` did in the last step, where only the state and the motors' targets differ.
+
+        Returns:
+            Whether it could; else nothing has happened.
+        """
+        compiled, in_turn = self._compiled, self.in_turn
+        if compiled is None or self._windows.is_active or self._soft.by_id or self._has_drag:
+            return False
+        timestep, found, own = compiled[0].timestep, compiled[1], in_turn.contact_rows
+        bundle, addresses = in_turn.prepared(found, timestep), own.known_addresses(data)
+        if bundle is None or not addresses or not self.motors.is_prepared(timestep):
+            return False
+        finding().find_contacts(*addresses)
+        answer = order().execute(bundle, r.KEEP, r.SOLVE, 1, r.OF_ALL)
+        if answer != r.DONE:
+            answer = in_turn.go_on(answer, found, r.KEEP, r.SOLVE, 1, r.OF_ALL)
+            if not self._solve_new_points(answer, model, data, found):
+                self._is_direct = own.is_last = self._makes_rows = False
+                self._solve_rows(model, data, found, r.OTHERS, remade=True)
+                return True
+        mujoco.mj_Euler(model, data)
+        return True
 
     def _collide(self, call: Callable[[Any, Any], None], model: Any, data: Any) -> None:
         """Call a function of MuJoCo that finds contacts, with room for those that are found here."""
@@ -278,10 +338,7 @@ class Stepping:
             assert self._compiled is not None
             own.find(model, data, self._collide if self._compiled[6] else None)
             answer = in_turn.execute(found, r.KEEP, r.SOLVE, 1, r.OF_ALL)
-            if answer == r.POINTS_ARE_NEW:
-                self.manifolds.add(model, data, found)
-                answer = in_turn.execute(found, r.MAKE, r.SOLVE, 1, r.OF_ALL)
-            return answer == r.DONE
+            return self._solve_new_points(answer, model, data, found)
         others = own.find_with_others(model, data, found, self._collide)
         if in_turn.execute(found, r.KEEP, r.KEEP) == r.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
@@ -292,6 +349,13 @@ class Stepping:
         if others:
             own.give_forces(found)
         return True
+
+    def _solve_new_points(self, answer: int, model: Any, data: Any, found: StepRows) -> bool:
+        """Add points of earlier steps where `in_turn.execute` asks for them; return whether all is solved."""
+        if answer == r.POINTS_ARE_NEW:
+            self.manifolds.add(model, data, found)
+            answer = self.in_turn.execute(found, r.MAKE, r.SOLVE, 1, r.OF_ALL)
+        return answer == r.DONE
 
     def contact_forces(self, model: Any, data: Any) -> Array:
         """Return (ncon, 3) forces (N) of the last step's contacts along the axes of their frames."""
@@ -448,8 +512,11 @@ class Stepping:
 
     def motor_forces(self) -> np.ndarray:
         """Return the (nv,) efforts of all motors in the last step (N m or N)."""
+        own = self.in_turn.contact_rows
+        if own.is_last:
+            return own.motor_efforts(self._world.live_model.nv)
         found = None if self._compiled is None else self._compiled[1]
-        if found is not None and found.is_direct and not self.in_turn.contact_rows.is_last:
+        if found is not None and found.is_direct:
             out = np.zeros(found.search.degrees)
             if effort_kernels().motor_efforts(found.rows, found.search, out):
                 return out
