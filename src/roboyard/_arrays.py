@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 else:
 
     class ArrayLike:
-        """The name of `numpy.typing.ArrayLike`, whatever NumPy makes an array of."""
+        """The name of `numpy.typing.ArrayLike`: values of which NumPy makes an array."""
 
     class NDArray:
         """The name of `numpy.typing.NDArray`."""

@@ -23,7 +23,7 @@ def states(client: int, bodies: list[int]) -> list[Any]:
 
 
 def program() -> list[Any]:
-    """Steps between which each thing is changed that steps depend on."""
+    """Steps between which all is changed that steps depend on."""
     client = p.connect(p.DIRECT)
     c: dict[str, Any] = {"physicsClientId": client}
     p.setAdditionalSearchPath(getDataPath(), **c)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
+from _thread import RLock
 from collections.abc import Callable
 from dataclasses import replace
 from types import FunctionType
@@ -14,7 +14,7 @@ from roboyard.native import objects
 from roboyard.native.builtin import builtin_function
 from roboyard.native.signatures import Bundle, Record, Signature, parse_signature
 
-loading = threading.RLock()
+loading = RLock()
 """Held while a loop is compiled or loaded: LLVM and the files of loops are for one thread at a time."""
 
 

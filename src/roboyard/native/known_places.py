@@ -20,7 +20,6 @@ from zlib import crc32
 import numpy as np
 
 from roboyard import _bytecode
-from roboyard._digests import blake2b
 from roboyard.native.called import is_constant, parts_of
 from roboyard.native.processor import processor
 from roboyard.native.signatures import Bundle, Record
@@ -28,7 +27,7 @@ from roboyard.native.signatures import Bundle, Record
 if TYPE_CHECKING:
     from roboyard.native.memory import StoredImage
 
-_HEAD = f"roboyard 2 {np.__version__} {getattr(sys, 'abiflags', '')}"
+_HEAD = f"roboyard 3 {np.__version__} {getattr(sys, 'abiflags', '')}"
 _COMPILER = "llvmlite"
 
 
@@ -108,8 +107,8 @@ def _key(function: FunctionType, signature: Any) -> str:
     others = [value for name, value in vars(signature).items() if name != "arguments"]
     given = os.environ.get("NUMBA_CACHE_DIR")
     code = function.__code__
-    text = repr((code.co_filename, function.__qualname__, given, type(signature), arguments, others))
-    return blake2b(text.encode(), digest_size=12).hexdigest()
+    text = repr((given, type(signature), arguments, others))
+    return f"{code.co_filename}:{function.__qualname__}:{crc32(text.encode()):08x}"
 
 
 def _fields(record: Record) -> Any:
@@ -134,8 +133,8 @@ def _states(files: list[str]) -> list[int] | None:
     return states
 
 
-def _values(constants: list[str]) -> bytes | None:
-    """Return a digest of the values of names, given as "module name name"; None where one is gone."""
+def _values(constants: list[str]) -> str | None:
+    """Return the text of the values of names, given as "module name name"; None where one is gone."""
     values: list[Any] = []
     for line in constants:
         module, *names = line.split(" ")
@@ -148,4 +147,4 @@ def _values(constants: list[str]) -> bytes | None:
                 return None
             is_array = isinstance(value, np.ndarray)
             values.append((value.dtype, value.shape, value.tobytes()) if is_array else value)
-    return blake2b(repr(values).encode(), digest_size=16).digest()
+    return repr(values)

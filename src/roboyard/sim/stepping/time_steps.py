@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+from _thread import _local
 from collections.abc import Callable
 from typing import Any
 
@@ -20,7 +20,6 @@ from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
-from roboyard.sim.stepping.narrow_phase.field_contacts import FieldContacts
 from roboyard.sim.stepping.sequential_motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
 from roboyard.sim.stepping.step_rows import StepRows
@@ -31,6 +30,7 @@ from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
 effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
+field_contacts = lazy_module("roboyard.sim.stepping.narrow_phase.field_contacts")
 finding = lazy_module("roboyard.sim.stepping.impulses.finding")
 order = lazy_module("roboyard.sim.stepping.impulses.order")
 
@@ -39,7 +39,7 @@ _ROWS = "rows of a step"
 log = LazyLogger("roboyard.simulation")
 
 
-class _SolverWarning(threading.local):
+class _SolverWarning(_local):
     """The warning of MuJoCo during the step of this thread."""
 
     is_raised: bool = False
@@ -94,7 +94,8 @@ class Stepping:
         self.in_turn = SequentialMotors(world, motors, surfaces, self.manifolds, constraints)
         """Robots with motors, where they are solved row by row as Bullet does."""
         motors.forces_elsewhere = self._own_motor_forces
-        self._fields = FieldContacts()
+        self._fields: Any = None
+        """Height fields, once a world has some."""
         self._is_implicit = world.profile.integrator == "implicitfast"
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = self._slides = False
         self._is_in_turn = False
@@ -326,6 +327,8 @@ class Stepping:
         """Call a function of MuJoCo that finds contacts, with room for those that are found here."""
         assert self._compiled is not None
         if self._compiled[6] and self.manifolds.keeps and self._world.hard_contacts:
+            if self._fields is None:
+                self._fields = field_contacts().FieldContacts()
             self._fields.find(call, model, data, self.surfaces.forms(model, data))
         else:
             call(model, data)
