@@ -34,6 +34,28 @@ READ = []
 digested = objects.source_of
 objects.source_of = lambda function: READ.append(1) or digested(function)
 """
+CLOSED = """
+from pair.parts import half
+from roboyard.native import compiled
+
+
+@compiled("f8[::1]")
+def halve(values):
+    for k in range(values.shape[0]):
+        values[k] = half(values[k])
+"""
+RUN_CLOSED = """
+import sys
+
+import numpy as np
+from roboyard.native import lazy_loop
+
+home = lazy_loop("pair.loops", "halve")
+values = np.arange(3.0)
+home().halve(values)
+home().halve(values)
+print(values.tolist(), "pair" in sys.modules, "numba" in sys.modules, home().halve.__name__)
+"""
 RUN = """
 import sys
 
@@ -46,10 +68,10 @@ print(values.tolist(), bool(loops.READ), "numba" in sys.modules)
 """
 
 
-def run(folder: Path, *, optimize: bool = False) -> str:
+def run(folder: Path, program: str = RUN, **variables: str) -> str:
     (folder / "private").mkdir(mode=0o700, exist_ok=True)
     done = subprocess.run(
-        [sys.executable, *(["-O"] if optimize else []), "-c", RUN],
+        [sys.executable, "-c", program],
         capture_output=True,
         text=True,
         cwd=folder,
@@ -58,6 +80,7 @@ def run(folder: Path, *, optimize: bool = False) -> str:
             "NUMBA_CACHE_DIR": str(folder / "cache"),
             "XDG_CACHE_HOME": str(folder / "private"),
             "PYTHONDONTWRITEBYTECODE": "1",
+            **variables,
         },
         timeout=120,
         check=False,
@@ -66,9 +89,9 @@ def run(folder: Path, *, optimize: bool = False) -> str:
     return done.stdout.strip()
 
 
-def package(folder: Path) -> None:
+def package(folder: Path, loops: str = LOOPS) -> None:
     (folder / "pair").mkdir()
-    for name, text in (("__init__", ""), ("sizes", "FACTOR = 0.5"), ("parts", PARTS), ("loops", LOOPS)):
+    for name, text in (("__init__", ""), ("sizes", "FACTOR = 0.5"), ("parts", PARTS), ("loops", loops)):
         (folder / "pair" / f"{name}.py").write_text(text)
 
 
@@ -121,3 +144,30 @@ def test_loops_are_loaded_where_nothing_can_be_written(tmp_path: Path) -> None:
     (tmp_path / "private" / "roboyard" / "places").write_text("no folder")
     assert run(tmp_path) == "[0.0, 0.5, 1.0] True False"
     assert run(tmp_path) == "[0.0, 0.5, 1.0] True False"
+
+
+def test_a_loop_is_loaded_without_its_module_until_a_source_of_it_changes(tmp_path: Path) -> None:
+    package(tmp_path, CLOSED)
+    assert run(tmp_path, RUN_CLOSED) == "[0.0, 0.25, 0.5] True True halve"
+    assert run(tmp_path, RUN_CLOSED) == "[0.0, 0.25, 0.5] False False halve"
+    assert run(tmp_path, RUN_CLOSED, ROBOYARD_CHECK_LOOPS="1") == "[0.0, 0.25, 0.5] True False halve"
+    assert run(tmp_path, RUN_CLOSED, NUMBA_DISABLE_JIT="1") == "[0.0, 0.25, 0.5] True True halve"
+    (tmp_path / "pair" / "sizes.py").write_text("FACTOR = 0.25")
+    assert run(tmp_path, RUN_CLOSED) == "[0.0, 0.0625, 0.125] True True halve"
+    assert run(tmp_path, RUN_CLOSED) == "[0.0, 0.0625, 0.125] False False halve"
+    os.utime(tmp_path / "pair" / "sizes.py", (0, 0))
+    assert run(tmp_path, RUN_CLOSED) == "[0.0, 0.0625, 0.125] True False halve"
+    assert run(tmp_path, RUN_CLOSED) == "[0.0, 0.0625, 0.125] False False halve"
+
+
+def test_loops_whose_constants_depend_on_more_than_sources_are_loaded_with_their_modules(
+    tmp_path: Path,
+) -> None:
+    package(tmp_path, CLOSED)
+    (tmp_path / "pair" / "sizes.py").write_text("import os\nFACTOR = float(os.environ['SIZE'])")
+    for size, wanted in (
+        ("0.5", "[0.0, 0.25, 0.5]"),
+        ("0.5", "[0.0, 0.25, 0.5]"),
+        ("2.0", "[0.0, 4.0, 8.0]"),
+    ):
+        assert run(tmp_path, RUN_CLOSED, SIZE=size).startswith(f"{wanted} True")

@@ -27,8 +27,12 @@ from roboyard.native.signatures import Bundle, Record
 if TYPE_CHECKING:
     from roboyard.native.memory import StoredImage
 
-_HEAD = f"roboyard 3 {np.__version__} {getattr(sys, 'abiflags', '')}"
+_HEAD = f"roboyard 4 {np.__version__} {getattr(sys, 'abiflags', '')}"
 _COMPILER = "llvmlite"
+_PLAIN = ("roboyard.native", "roboyard._records", "roboyard._arrays")
+"""Parts of this package on which no constant of a loop depends."""
+_HARMLESS = frozenset(("__future__", "collections", "math", "numpy", "typing"))
+"""Other packages whose constants are the same wherever the head of the file is."""
 
 
 class KnownPlaces:
@@ -43,6 +47,8 @@ class KnownPlaces:
         )
         self._known: dict[str, bytes] = {}
         self._is_new = False
+        self._missed: set[str] = set()
+        """Loops that were asked for by their modules, in vain."""
         try:
             head, known = marshal.loads(_bytecode.private_content(self._path))  # noqa: S302 - the user's own
             if head == self._head:
@@ -63,6 +69,8 @@ class KnownPlaces:
         path, name, image, files, states, constants, values = marshal.loads(blob)  # noqa: S302 - the user's own
         if _states(files.split("\n")) != states or _values(constants.split("\n")) != values:
             return None
+        if image is not None and _closed_key(function.__module__, function.__name__) in self._missed:
+            self._add_closed(function, signature, path, image)
         return path, name, image
 
     def add(
@@ -86,12 +94,77 @@ class KnownPlaces:
             entry = path, name, image, "\n".join(files), states, "\n".join(constants), values
             self._known[_key(function, signature)] = marshal.dumps(entry)
             self._is_new = True
+            if image is not None:
+                self._add_closed(function, signature, path, image)
+
+    def find_closed(self, module: str, name: str) -> tuple[str, StoredImage] | None:
+        """Return file and image of a loop by its module, which need not be imported; None if not known."""
+        key = _closed_key(module, name)
+        blob = self._known.get(key)
+        if blob is not None:
+            path, image, files, states = marshal.loads(blob)  # noqa: S302 - the user's own
+            if _states(files.split("\n")) == states:
+                return path, image
+        self._missed.add(key)
+        return None
+
+    def _add_closed(self, function: FunctionType, signature: Any, path: str, image: StoredImage) -> None:
+        """Keep a loop by its module, where the sources that are imported there decide all constants."""
+        loop: Any = vars(sys.modules[function.__module__]).get(function.__name__)
+        if getattr(loop, "py_func", None) is not function or loop.library or loop.signature is not signature:
+            return
+        sources = _closed_sources(function.__module__)
+        states = _states(sources or [""])
+        if sources and states is not None:
+            key = _closed_key(function.__module__, function.__name__)
+            self._known[key] = marshal.dumps((path, image, "\n".join(sources), states))
+            self._is_new = True
 
     def close(self) -> None:
         """Write the file again, without what is gone, if this process has added to it."""
         if self._is_new:
             kept = {key: blob for key, blob in self._known.items() if os.path.exists(marshal.loads(blob)[0])}  # noqa: PTH110, S302
             _bytecode.write_for_the_user(self._path, [marshal.dumps((self._head, kept))])
+
+
+def _closed_key(module: str, name: str) -> str:
+    return f"{module}:{name}:{os.environ.get('NUMBA_CACHE_DIR')}"
+
+
+def _closed_sources(module: str) -> list[str]:
+    """Return the files of a module and of all of its package that it imports.
+
+    None are returned where one of them imports others than Python's library, NumPy and this package, or
+    parts of this package that depend on the machine or on other libraries.
+    """
+    import ast
+
+    files: dict[str, str] = {}
+    waiting = [module]
+    package = module.partition(".")[0]
+    while waiting:
+        name = waiting.pop()
+        if name in files or name.startswith(_PLAIN):
+            continue
+        file = getattr(sys.modules.get(name), "__file__", None)
+        if not file or name.partition(".")[2].startswith("_"):
+            return []
+        files[name] = file
+        with open(file, "rb") as source:  # noqa: PTH123
+            tree = ast.parse(source.read())
+        for node in ast.walk(tree):
+            names = [one.name for one in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom):
+                home = node.module or ""
+                names = [f"{home}.{one.name}" for one in node.names if f"{home}.{one.name}" in sys.modules]
+                names.append(home)
+            for found in names:
+                first = found.partition(".")[0]
+                if first == package or found.startswith(_PLAIN):
+                    waiting.append(found)
+                elif first not in _HARMLESS:
+                    return []
+    return sorted(files.values())
 
 
 def _key(function: FunctionType, signature: Any) -> str:

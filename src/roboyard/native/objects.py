@@ -64,6 +64,14 @@ def address_of(function: FunctionType, signature: AnySignature) -> int:
     return _load(content, name)
 
 
+def known_address(module: str, name: str) -> int:
+    """Return the address of a loop's machine code by its module, imported or not; 0 if it is not known."""
+    if not code_is_used() or not images_can_be_loaded():
+        return 0
+    found = _known_places().find_closed(module, name)
+    return 0 if found is None else load_stored(*found)
+
+
 def code_is_used() -> bool:
     """Return whether loops are machine code here, stored or compiled."""
     return not compiler_is_off() and arrays_have_the_known_layout()

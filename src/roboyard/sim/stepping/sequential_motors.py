@@ -18,6 +18,7 @@ import numpy as np
 
 from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
+from roboyard.native import lazy_loop
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
@@ -32,7 +33,7 @@ from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 
 handing_over = lazy_module("roboyard.sim.stepping.impulses.handing_over")
-order = lazy_module("roboyard.sim.stepping.impulses.order")
+order = lazy_loop("roboyard.sim.stepping.impulses.order", "execute")
 solving = lazy_module("roboyard.sim.stepping.impulses.solving")
 
 LIMIT, MOTOR, EQUALITY = range(3)

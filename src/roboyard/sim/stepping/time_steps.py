@@ -10,6 +10,7 @@ import numpy as np
 
 from roboyard._lazy import LazyLogger, lazy_module
 from roboyard._mujoco import mujoco
+from roboyard.native import lazy_loop
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
@@ -32,7 +33,7 @@ kernels = lazy_module("roboyard.sim.stepping.kernels")
 effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
 field_contacts = lazy_module("roboyard.sim.stepping.narrow_phase.field_contacts")
 finding = lazy_module("roboyard.sim.stepping.impulses.finding")
-order = lazy_module("roboyard.sim.stepping.impulses.order")
+order = lazy_loop("roboyard.sim.stepping.impulses.order", "execute")
 
 _ROWS = "rows of a step"
 """Name in `Engine.of_arrays`."""
