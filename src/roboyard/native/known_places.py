@@ -29,10 +29,11 @@ if TYPE_CHECKING:
 
 _HEAD = f"roboyard 4 {np.__version__} {getattr(sys, 'abiflags', '')}"
 _COMPILER = "llvmlite"
-_PLAIN = ("roboyard.native", "roboyard._records", "roboyard._arrays")
+_PACKAGE = __name__.partition(".")[0]
+_PLAIN = tuple(f"{_PACKAGE}.{part}" for part in ("native", "_records", "_arrays"))
 """Parts of this package on which no constant of a loop depends."""
 _HARMLESS = frozenset(("__future__", "collections", "math", "numpy", "typing"))
-"""Other packages whose constants are the same wherever the head of the file is."""
+"""Other packages: their constants are the same where the head of the file is."""
 
 
 class KnownPlaces:
