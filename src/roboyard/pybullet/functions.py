@@ -90,7 +90,7 @@ def public_function(name: str) -> Callable[..., Any]:
 
 @contextmanager
 def _quick_imports() -> Iterator[None]:
-    """Import modules as `roboyard run` does: libraries by stored bytecode, and NumPy without what few need."""
+    """Import as `roboyard run` does: libraries by stored bytecode, NumPy without what few programs need."""
     with paused_collection():
         if "numpy" in sys.modules:
             yield
