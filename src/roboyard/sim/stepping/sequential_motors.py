@@ -229,6 +229,7 @@ class SequentialMotors:
             or known[2] is not world.profile
             or known[3] is not self._motors.arrays
             or not found.is_direct
+            or not self._manifolds.is_prepared
             or bundle.records[2] is not found.search
             or bundle.records[5] is not self._manifolds.points
         ):
