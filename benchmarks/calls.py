@@ -154,6 +154,7 @@ def getters(p: Any, robot: int, arm: int, cube: int) -> Calls:
         "getMouseEvents": p.getMouseEvents,
         "getVREvents": p.getVREvents,
         "isNumpyEnabled": p.isNumpyEnabled,
+        "getMeshData": lambda: p.getMeshData(cube, -1),
     }
 
 
@@ -204,6 +205,7 @@ def commands(p: Any, robot: int, arm: int, cube: int) -> Calls:
     q, v, zero = [0, 0, 0, 1], [0.1, 0.2, 0.3], [0, 0, 0]
     held = p.createConstraint(cube, -1, -1, -1, p.JOINT_FIXED, zero, zero, [1, 0, 1])
     line, folder = p.addUserDebugLine(zero, v), data_folder()
+    text = p.addUserDebugText("text", v)
     return {
         "applyExternalForce": lambda: p.applyExternalForce(robot, -1, [1, 0, 0], zero, p.LINK_FRAME),
         "applyExternalForce, world": lambda: p.applyExternalForce(arm, 6, [1, 0, 0], zero, p.WORLD_FRAME),
@@ -253,8 +255,11 @@ def commands(p: Any, robot: int, arm: int, cube: int) -> Calls:
         "setAdditionalSearchPath": lambda: p.setAdditionalSearchPath(folder),
         "changeVisualShape": lambda: p.changeVisualShape(cube, -1, rgbaColor=[1, 0, 0, 1]),
         "addUserDebugLine, replaced": lambda: p.addUserDebugLine(zero, v, replaceItemUniqueId=line),
+        "addUserDebugText, replaced": lambda: p.addUserDebugText("text", v, replaceItemUniqueId=text),
         "setDebugObjectColor": lambda: p.setDebugObjectColor(cube, -1, [1, 0, 0]),
         "addUserData": lambda: p.addUserData(cube, "key", "value"),
+        "setInternalSimFlags": lambda: p.setInternalSimFlags(0),
+        "removeAllUserDebugItems": p.removeAllUserDebugItems,
         "syncBodyInfo": p.syncBodyInfo,
         "syncUserData": p.syncUserData,
         "submitProfileTiming": lambda: p.submitProfileTiming("event"),
@@ -272,6 +277,13 @@ def alternated(p: Any, robot: int, arm: int, cube: int) -> Calls:
         p.resetJointState(arm, 2, 0.1 * next(turns))
         p.getLinkState(arm, 6)
 
+    def step_and(read: Callable[[], Any]) -> Callable[[], None]:
+        def call() -> None:
+            p.stepSimulation()
+            read()
+
+        return call
+
     def filter_and_step() -> None:
         on = next(turns)
         p.setCollisionFilterGroupMask(cube, -1, on, on)
@@ -288,6 +300,13 @@ def alternated(p: Any, robot: int, arm: int, cube: int) -> Calls:
             cube, -1, 1, next(turns)
         ),
         "setCollisionFilterGroupMask, off and on, step": filter_and_step,
+        "stepSimulation, getContactPoints": step_and(lambda: p.getContactPoints(robot)),
+        "stepSimulation, getJointState": step_and(lambda: p.getJointState(arm, 2)),
+        "stepSimulation, getJointStates": step_and(lambda: p.getJointStates(arm, range(7))),
+        "stepSimulation, getLinkState": step_and(lambda: p.getLinkState(arm, 6)),
+        "stepSimulation, calculateJacobian": step_and(
+            lambda: p.calculateJacobian(arm, 6, zero, [0.1] * 7, [0.0] * 7, [0.0] * 7)
+        ),
     }
 
 
@@ -352,6 +371,12 @@ def pairs(p: Any, robot: int, arm: int, cube: int) -> Calls:
             p.removeConstraint,
         ),
         "addUserDebugLine, removed": pair(lambda: p.addUserDebugLine(zero, [0, 0, 1]), p.removeUserDebugItem),
+        "addUserDebugText, removed": pair(lambda: p.addUserDebugText("text", zero), p.removeUserDebugItem),
+        "addUserDebugPoints, removed": pair(
+            lambda: p.addUserDebugPoints([zero] * 9, [[1, 0, 0]] * 9), p.removeUserDebugItem
+        ),
+        "addUserData, removed": pair(lambda: p.addUserData(cube, "other", "value"), p.removeUserData),
+        "saveState, removed": pair(p.saveState, p.removeState),
         "loadURDF, removed": pair(lambda: p.loadURDF("cube_small.urdf"), p.removeBody),
     }
 

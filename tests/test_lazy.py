@@ -203,3 +203,22 @@ def test_frozen_objects_stay_frozen_and_are_counted_once(monkeypatch: pytest.Mon
         with _lazy.paused_collection():
             pass
     assert len(counts) == 1
+
+
+def test_types_of_numpys_own_results_are_known_when_they_are_asked_for() -> None:
+    code = """
+import sys, typing
+if {}:
+    import roboyard
+    from roboyard._numpy import load_numpy
+    load_numpy()
+    assert "numpy._typing" not in sys.modules
+import numpy as np
+found = np.linalg.eigh(np.eye(2))
+linalg = sys.modules[type(found).__module__]
+print(found, typing.get_type_hints(linalg.EigResult), linalg.SVDResult._fields)
+print("_typing" in dir(np), np._typing.NDArray, linalg.NDArray[float], linalg.NDArray.__origin__)
+import numpy.typing
+print(np.typing.NDArray[np.float64])
+"""
+    assert _printed(code.format(True)) == _printed(code.format(False))

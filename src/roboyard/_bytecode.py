@@ -208,18 +208,27 @@ def is_private(stats: os.stat_result) -> bool:
     )
 
 
-def private_lines(path: str) -> list[str]:
-    """Return the lines of a text that only the user may write, as may its folder; none without one."""
+def private_content(path: str) -> bytes:
+    """Return the content of a file that only the user may write, as may its folder; b"" without one."""
     try:
         file = os.open(path, os.O_RDONLY)
         try:
             stats = os.fstat(file)
-            text = os.read(file, stats.st_size).decode() if is_private(stats) else ""
+            content = os.read(file, stats.st_size) if is_private(stats) else b""
         finally:
             os.close(file)
-        return text.split("\n") if is_private(os.stat(os.path.dirname(path))) else []
-    except (OSError, ValueError):
+        return content if is_private(os.stat(os.path.dirname(path))) else b""
+    except OSError:
+        return b""
+
+
+def private_lines(path: str) -> list[str]:
+    """Return the lines of a text that only the user may write, as may its folder; none without one."""
+    try:
+        text = private_content(path).decode()
+    except ValueError:
         return []
+    return text.split("\n") if text else []
 
 
 def write_for_the_user(path: str, pieces: Sequence[bytes | memoryview]) -> None:
@@ -283,8 +292,8 @@ def close() -> None:
         stores.pop().close()
 
 
-stores: list[StoredModules] = []
-"""Files that are written at the end of the process."""
+stores: list[Any] = []
+"""Objects with a method `close` that writes a file at the end of the process."""
 _modules = _stored_modules(sys.modules[__name__.partition(".")[0]].__spec__)
 
 

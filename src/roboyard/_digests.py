@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
-try:
-    from _blake2 import blake2b
-except ImportError:  # another Python than CPython
-    from hashlib import blake2b
+from functools import cache
+from importlib import import_module
+from typing import Any
 
-__all__ = ["blake2b"]
+
+def blake2b(data: bytes | memoryview = b"", *, digest_size: int = 64) -> Any:
+    """Return the hash that `hashlib.blake2b` returns."""
+    return _function()(data, digest_size=digest_size)
+
+
+@cache
+def _function() -> Any:
+    try:
+        return import_module("_blake2").blake2b
+    except ImportError:  # another Python than CPython
+        return import_module("hashlib").blake2b

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from types import ModuleType
 
@@ -71,6 +72,18 @@ class Libraries:
 def _store(root: str, prefix: str, spec: ModuleSpec) -> StoredModules:
     stores.append(StoredModules(root, prefix, min(_FEW, many_for(spec))))
     return stores[-1]
+
+
+@contextmanager
+def stored_libraries() -> Iterator[None]:
+    """Load libraries by stored bytecode meanwhile, in a process that is not ours."""
+    before = list(sys.meta_path)
+    store_libraries()
+    try:
+        yield
+    finally:
+        for finder in [one for one in sys.meta_path if isinstance(one, Libraries) and one not in before]:
+            sys.meta_path.remove(finder)
 
 
 def store_libraries() -> None:

@@ -1,6 +1,7 @@
-"""Loads NumPy 1 without the packages in it that NumPy 2, too, loads when they are first used.
+"""Loads NumPy without its annotations, and NumPy 1 without the packages that NumPy 2 loads on first use.
 
-They take a third of the time of its import. Import it before `numpy`, in programs that Roboyard starts.
+They take more than a third of the time of its import. Import it before `numpy`, in programs that Roboyard
+starts.
 """
 
 from __future__ import annotations
@@ -8,27 +9,69 @@ from __future__ import annotations
 import sys
 import warnings
 from importlib import import_module
-from typing import Any
+from typing import Any, ForwardRef
 
 from roboyard._lazy import Deferred, deferred
 
 _PACKAGES = ("ctypeslib", "fft", "ma", "polynomial", "random")
 _UNUSED = ("ast", "pickle", "platform", "textwrap")
 """Modules that NumPy imports for files of arrays, and for texts about itself."""
+_ANNOTATIONS = "_typing"
+_ARRAY = "NDArray"
+
+
+class _Annotations(Deferred):
+    """The place of `numpy._typing`, of which NumPy itself needs one name, for fields of named tuples."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # an import statement asks for them
+            raise AttributeError(name)
+        return _array if name == _ARRAY else super().__getattr__(name)
+
+
+class _Array:
+    """The place of `numpy.typing.NDArray` in NumPy's own annotations."""
+
+    is_loading = False
+    """Whether NumPy is being imported."""
+
+    def __getitem__(self, kind: Any) -> Any:
+        """Return the type of arrays of a kind; while NumPy is imported a reference to it."""
+        if self.is_loading:
+            return ForwardRef(f"{_ARRAY}[{getattr(kind, '__name__', 'Any')}]")
+        return self._real()[kind]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._real(), name)
+
+    def _real(self) -> Any:
+        return getattr(import_module(f"numpy.{_ANNOTATIONS}"), _ARRAY)
+
+
+_array = _Array()
 
 
 def load_numpy() -> None:
     """Import `numpy`; packages in it, such as `numpy.random`, are imported when they are first used.
 
-    Changes nothing of NumPy 2, or where the program imported `numpy` before.
+    Changes nothing where the program imported `numpy` before.
     """
     if "numpy" in sys.modules:
         return
-    with deferred(*_UNUSED, *(f"numpy.{name}" for name in _PACKAGES)):
-        numpy: Any = import_module("numpy")
+    _array.is_loading = True
+    try:
+        with (
+            deferred(*_UNUSED, *(f"numpy.{name}" for name in _PACKAGES)),
+            deferred(f"numpy.{_ANNOTATIONS}", kind=_Annotations) as waiting,
+        ):
+            numpy: Any = import_module("numpy")
+    finally:
+        _array.is_loading = False
     absent = [name for name in _PACKAGES if isinstance(vars(numpy).get(name), Deferred)]
     for name in absent:
         delattr(numpy, name)
+    if waiting and waiting[0] not in sys.modules:
+        absent.append(_ANNOTATIONS)
     if absent:
         _give_on_first_use(numpy, absent)
 

@@ -43,6 +43,19 @@ def builtin_function(function: FunctionType, address: int) -> Any:
     return made
 
 
+def lone_function(name: str, module: str, address: int) -> Any:
+    """Return a builtin function that calls the machine code of a loop, without its Python source.
+
+    Args:
+        name: of the loop.
+        module: that defines it.
+        address: of the machine code, as of `builtin_function`.
+    """
+    definition = _Definition(name.encode(), address, _FASTCALL, None)
+    _definitions.append(definition)
+    return _new(ctypes.byref(definition), None, module)
+
+
 def bound_function(name: str, address: int, state: object) -> Any:
     """Return a builtin function which calls machine code with its own state.
 

@@ -24,18 +24,24 @@ def called_functions(function: FunctionType) -> Iterator[tuple[str, FunctionType
             yield name, source
 
 
-def source_of(function: FunctionType) -> Iterator[bytes]:
-    """Yield what decides the machine code of a function.
-
-    That is the source files of the function and of all that it calls, and the constants that these name,
-    which may be defined in further files.
-    """
+def parts_of(function: FunctionType) -> list[FunctionType]:
+    """Return a function and all functions of its package that it calls, directly or not."""
     found, waiting = {function: None}, [function]
     while waiting:
         for _, source in called_functions(waiting.pop()):
             if source not in found:
                 found[source] = None
                 waiting.append(source)
+    return list(found)
+
+
+def source_of(function: FunctionType) -> Iterator[bytes]:
+    """Yield what decides the machine code of a function.
+
+    That is the source files of the function and of all that it calls, and the constants that these name,
+    which may be defined in further files.
+    """
+    found = parts_of(function)
     for file in sorted({one.__code__.co_filename for one in found}):
         try:
             yield _content(file)
@@ -46,7 +52,7 @@ def source_of(function: FunctionType) -> Iterator[bytes]:
     for one in found:
         for name in one.__code__.co_names:
             value = one.__globals__.get(name)
-            if _is_constant(value):
+            if is_constant(value):
                 yield f"{one.__qualname__} {name} ".encode() + _bytes(value)
 
 
@@ -56,9 +62,10 @@ def _content(file: str) -> bytes:
     return Path(file).read_bytes()
 
 
-def _is_constant(value: Any) -> bool:
+def is_constant(value: Any) -> bool:
+    """Return whether machine code has a value of a name in it: numbers, texts, arrays and tuples of these."""
     if isinstance(value, tuple):
-        return all(_is_constant(part) for part in value)
+        return all(is_constant(part) for part in value)
     return isinstance(value, (bool, int, float, complex, str, bytes, np.generic, np.ndarray, CFunction))
 
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
+from _thread import RLock
 from collections.abc import Callable
 from dataclasses import replace
-from types import FunctionType
+from functools import cache, partial
+from importlib import import_module
+from types import FunctionType, SimpleNamespace
 from typing import Any
 
 from roboyard.native import objects
-from roboyard.native.builtin import builtin_function
+from roboyard.native.builtin import builtin_function, lone_function
 from roboyard.native.signatures import Bundle, Record, Signature, parse_signature
 
-loading = threading.RLock()
+loading = RLock()
 """Held while a loop is compiled or loaded: LLVM and the files of loops are for one thread at a time."""
 
 
@@ -23,6 +25,28 @@ def can_call(library: Callable[[], Any]) -> bool:
     from roboyard.native.memory import images_can_be_loaded
 
     return objects.code_is_used() and images_can_be_loaded() and library() is not None
+
+
+def lazy_loop(module: str, name: str) -> Callable[[], Any]:
+    """Return a function that returns a module, or what has no more than one of its loops.
+
+    That is enough where the loop's machine code is stored; the module would import those of all parts of the
+    loop, of which a step has thirty. Arguments are not checked then, as in later calls of any loop.
+
+    Args:
+        module: full name of the module.
+        name: of its loop.
+    """
+    return cache(partial(_home_of, module, name))
+
+
+def _home_of(module: str, name: str) -> Any:
+    if module not in sys.modules and not os.environ.get("ROBOYARD_CHECK_LOOPS"):
+        with loading:
+            address = objects.known_address(module, name)
+        if address:
+            return SimpleNamespace(**{name: lone_function(name, module, address)})
+    return import_module(module)
 
 
 class Kernel:
@@ -51,7 +75,8 @@ class Kernel:
             function.__doc__,
             function.__module__,
         )
-        self._library = library
+        self.library = library
+        """Returns the `ctypes.CDLL` of the functions of C that it calls, if there are any."""
         self._loaded: Callable[..., Any] | None = None
         self._checks = False
 
@@ -85,10 +110,10 @@ class Kernel:
             return self._loaded or self._load()
 
     def _load(self) -> Callable[..., Any]:
-        if self._library is not None:
+        if self.library is not None:
             from roboyard.native.memory import offer
 
-            offer(self._library())
+            offer(self.library())
         address = objects.address_of(self.py_func, self.signature)
         loaded = (
             builtin_function(self.py_func, address)

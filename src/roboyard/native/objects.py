@@ -18,8 +18,14 @@ from roboyard._bytecode import user_cache
 from roboyard._digests import blake2b
 from roboyard._lazy import paused_collection
 from roboyard.native.called import source_of
-from roboyard.native.images import image_from_bytes, image_of
-from roboyard.native.memory import images_can_be_loaded, load_image, missing_functions
+from roboyard.native.known_places import KnownPlaces
+from roboyard.native.memory import (
+    images_can_be_loaded,
+    load_image,
+    load_stored,
+    missing_functions,
+    stored_image,
+)
 from roboyard.native.processor import processor
 from roboyard.native.signatures import CallbackSignature, EntrySignature, FrontSignature, Signature, Words
 
@@ -38,14 +44,32 @@ def address_of(function: FunctionType, signature: AnySignature) -> int:
     """Return the address of a loop's machine code, stored or compiled now; 0 where it cannot be used."""
     if not code_is_used():
         return 0
-    path, name = _stored_at(function, signature)
+    known = _known_places()
+    found = known.find(function, signature)
+    if found is not None and found[2] is not None and images_can_be_loaded():
+        address = load_stored(found[0], found[2])
+        if address:
+            return address
+    path, name = _place_of(function, signature)
     content = _stored(path)
     if content is None:
         content = _built(function, signature, name)
         _store(path, content)
     if content.startswith(_IMAGE):
-        return load_image(image_from_bytes(content[len(_IMAGE) :]))
+        from roboyard.native.images import image_from_bytes
+
+        image = image_from_bytes(content[len(_IMAGE) :])
+        known.add(function, signature, str(path), name, stored_image(image, _DIGEST + len(content)))
+        return load_image(image)
     return _load(content, name)
+
+
+def known_address(module: str, name: str) -> int:
+    """Return the address of a loop's machine code by its module, imported or not; 0 if it is not known."""
+    if not code_is_used() or not images_can_be_loaded():
+        return 0
+    found = _known_places().find_closed(module, name)
+    return 0 if found is None else load_stored(*found)
 
 
 def code_is_used() -> bool:
@@ -60,14 +84,14 @@ def compiler_is_off() -> bool:
 
 def is_stored(function: FunctionType, signature: AnySignature) -> bool:
     """Return whether a loop's machine code is stored, so that loading it compiles nothing."""
-    return _stored_at(function, signature)[0].exists()
+    return _place_of(function, signature)[0].exists()
 
 
 def can_be_kept(function: FunctionType, signature: AnySignature) -> bool:
     """Return whether a loop is stored, or can be compiled and stored for later processes."""
     if not code_is_used():
         return False
-    path, _ = _stored_at(function, signature)
+    path, _ = _place_of(function, signature)
     folder = path.parent
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
@@ -86,6 +110,7 @@ def _built(function: FunctionType, signature: AnySignature, name: str) -> bytes:
 
 def _built_now(function: FunctionType, signature: AnySignature, name: str) -> bytes:
     from roboyard.native.building import machine_code
+    from roboyard.native.images import image_of
 
     if images_can_be_loaded():
         image = image_of(machine_code(function, signature, name, is_small=True), name)
@@ -128,6 +153,22 @@ def arrays_have_the_known_layout() -> bool:
         and tuple(shape[k] for k in range(3)) == probe.shape
         and tuple(strides[k] for k in range(3)) == probe.strides
     )
+
+
+def _place_of(function: FunctionType, signature: AnySignature) -> tuple[Path, str]:
+    """Return what `_stored_at` returns, from what earlier processes found where nothing has changed."""
+    known = _known_places()
+    found = known.find(function, signature)
+    if found is not None:
+        return Path(found[0]), found[1]
+    path, name = _stored_at(function, signature)
+    known.add(function, signature, str(path), name)
+    return path, name
+
+
+@cache
+def _known_places() -> KnownPlaces:
+    return KnownPlaces(_LAYOUT)
 
 
 def _stored_at(function: FunctionType, signature: AnySignature) -> tuple[Path, str]:

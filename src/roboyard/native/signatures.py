@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -248,6 +248,7 @@ def parse_signature(*parts: str | Record | Bundle) -> Signature:
     return Signature(tuple(arguments), returns)
 
 
+@cache
 def _argument(word: str) -> Argument:
     name, _, axes = word.partition("[")
     is_contiguous = axes.endswith("::1]")

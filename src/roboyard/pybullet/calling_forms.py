@@ -9,17 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from roboyard.pybullet.api.math.camera_matrices import (
-    computeProjectionMatrix,
-    computeProjectionMatrixFOV,
-    computeViewMatrix,
-    computeViewMatrixFromYawPitchRoll,
-)
+from roboyard._lazy import lazy_module
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, whole
 from roboyard.pybullet.face.direct_calls import forget
 from roboyard.pybullet.face.errors import failure
+
+matrices = lazy_module("roboyard.pybullet.api.math.camera_matrices")
 
 Vector = Sequence[float]
 _POSE_NAMES = ("startPosX", "startPosY", "startPosZ", "startOrnX", "startOrnY", "startOrnZ", "startOrnW")
@@ -148,12 +145,12 @@ def _camera_matrices(aspect: float, rest: tuple[Any, ...]) -> tuple[Any, Any]:
         return rest
     if len(rest) == 9:
         target, distance, yaw, pitch, roll, up_axis, near, far, fov = rest
-        view = computeViewMatrixFromYawPitchRoll(target, distance, yaw, pitch, roll, up_axis)
-        return view, computeProjectionMatrixFOV(fov, aspect, near, far)
+        view = matrices().computeViewMatrixFromYawPitchRoll(target, distance, yaw, pitch, roll, up_axis)
+        return view, matrices().computeProjectionMatrixFOV(fov, aspect, near, far)
     message = "Error parsing camera target pos"
     position, target, up = (vector3(value, message) for value in rest[:3])
-    view = computeViewMatrix(position, target, up)
+    view = matrices().computeViewMatrix(position, target, up)
     near, far = number(rest[3]), number(rest[4])
     if len(rest) == 6:
-        return view, computeProjectionMatrixFOV(rest[5], aspect, near, far)
-    return view, computeProjectionMatrix(-aspect, aspect, -1.0, 1.0, near, far)
+        return view, matrices().computeProjectionMatrixFOV(rest[5], aspect, near, far)
+    return view, matrices().computeProjectionMatrix(-aspect, aspect, -1.0, 1.0, near, far)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
 from typing import Any
 
 from roboyard._lazy import paused_collection
+from roboyard._libraries import stored_libraries
+from roboyard._numpy import load_numpy
 from roboyard.pybullet.face.calling import builtin, counted, kept, public, refusing
 from roboyard.pybullet.face.commands import COMMANDS
 
@@ -63,7 +67,7 @@ def public_function(name: str) -> Callable[..., Any]:
     """
     function: Any
     if name in _FREE_HOMES:
-        with paused_collection():
+        with _quick_imports():
             function = getattr(import_module(_FREE_HOMES[name]), name)
         if name in _REFUSING:
             function = refusing(function)
@@ -73,7 +77,7 @@ def public_function(name: str) -> Callable[..., Any]:
             function = counted(function)
         function.__module__ = __name__  # pickled by this module, whose attributes make the built-in, too
     elif name in COMMANDS:
-        with paused_collection():
+        with _quick_imports():
             from roboyard.pybullet.connections import CLIENTS
 
         entry = COMMANDS[name]
@@ -82,6 +86,18 @@ def public_function(name: str) -> Callable[..., Any]:
         raise AttributeError(f"module 'roboyard.pybullet' has no attribute {name!r}")
     globals()[name] = function
     return builtin(function)
+
+
+@contextmanager
+def _quick_imports() -> Iterator[None]:
+    """Import as `roboyard run` does: libraries by stored bytecode, NumPy without what few programs need."""
+    with paused_collection():
+        if "numpy" in sys.modules:
+            yield
+            return
+        with stored_libraries():
+            load_numpy()
+            yield
 
 
 def __getattr__(name: str) -> Any:

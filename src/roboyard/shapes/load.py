@@ -8,7 +8,7 @@ inside the mesh's own folders.
 
 from __future__ import annotations
 
-import threading
+from _thread import allocate_lock
 from collections import OrderedDict
 from collections.abc import Callable
 from importlib import import_module
@@ -51,7 +51,7 @@ _by_content: WeakValueDictionary[tuple[str, bytes], TriangleMesh] = WeakValueDic
 """Meshes in memory by the suffix and a digest of their files: a copy of a file is not read again."""
 _external: WeakKeyDictionary[TriangleMesh, tuple[tuple[str, bytes], ...]] = WeakKeyDictionary()
 """Names that a mesh's file gives of external files, and a digest of each; empty where there is none."""
-_cache_lock = threading.Lock()
+_cache_lock = allocate_lock()
 
 
 def load_mesh(path: Path | str) -> TriangleMesh:

@@ -8,8 +8,8 @@ grow without end.
 from __future__ import annotations
 
 import gc
-import threading
 import weakref
+from _thread import allocate_lock
 from collections.abc import Callable
 
 EVERY = 8
@@ -27,7 +27,7 @@ class DiscardedWorlds:
 
     def __init__(self, collect: Callable[[], object] = gc.collect) -> None:
         self._collect = collect
-        self._lock = threading.Lock()
+        self._lock = allocate_lock()
         self._sizes: dict[int, Callable[[], int]] = {}
         self._number = 0
         self._limit = LEAST

@@ -364,12 +364,8 @@ class Simulation(Engine[Body]):
             self.windows.update()
         done = 0
         if n == 1 and self.revision == self._stepped:
-            stepping = self.stepping
             try:
-                if stepping.is_plain:
-                    stepping.plain_step(self._model, self._data)
-                else:
-                    stepping.step(self._model, self._data)
+                self.stepping.next_step(self._model, self._data)
                 done = 1
             except mujoco.FatalError as error:  # raised before positions change
                 self.recover(error, self.simulation_state())

@@ -7,25 +7,32 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from roboyard._arrays import ArrayLike
+from roboyard._lazy import lazy_module
 from roboyard._mujoco import mujoco
 from roboyard.description.model import RGBA, RobotDescription
 from roboyard.errors import RoboyardError, unknown_name
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.sim import objects, world_state
+from roboyard.sim import objects
 from roboyard.sim.body import Body
 from roboyard.sim.build.bodies import is_anchored
 from roboyard.sim.build.solver_options import Solver
 from roboyard.sim.link import LinkBody
 from roboyard.sim.physics_profile import PLAIN, PhysicsProfile
-from roboyard.sim.queries import contacts, rays
 from roboyard.sim.simulation import Simulation
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
     from roboyard.rendering import Camera, Image
     from roboyard.rendering.scene import DebugLines, RenderScene
+    from roboyard.sim.queries.contacts import Contact, ContactArrays
+    from roboyard.sim.queries.rays import RayHit, RayHits
     from roboyard.sim.soft.materials import NeoHookean, Springs
     from roboyard.sim.soft.soft_body import SoftBody
+    from roboyard.sim.world_state import WorldState
+
+contact_queries = lazy_module("roboyard.sim.queries.contacts")
+ray_queries = lazy_module("roboyard.sim.queries.rays")
+world_state = lazy_module("roboyard.sim.world_state")
 
 
 class World(Simulation):
@@ -351,13 +358,13 @@ class World(Simulation):
 
     # ------------------------------------------------------------------------------------------------ queries
 
-    def contacts(self, body: Body | None = None, other: Body | None = None) -> list[contacts.Contact]:
+    def contacts(self, body: Body | None = None, other: Body | None = None) -> list[Contact]:
         """Return the contacts of the last step; with `body` only its own, with `body` as a."""
-        return contacts.find_contacts(self, body, other)
+        return contact_queries().find_contacts(self, body, other)
 
-    def contact_arrays(self) -> contacts.ContactArrays:
+    def contact_arrays(self) -> ContactArrays:
         """Return all contacts of the last step as arrays."""
-        return contacts.contact_arrays(self)
+        return contact_queries().contact_arrays(self)
 
     def detect_contacts(self) -> None:
         """Detect the contacts of the present positions without a step; they have no force."""
@@ -371,21 +378,21 @@ class World(Simulation):
             self.kinematics()
             self.stepping.detect(self._model, self._data)
 
-    def ray(self, start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> rays.RayHit | None:
+    def ray(self, start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> RayHit | None:
         """Return the first surface between two points (3,) in the world frame (m), or None."""
-        return rays.cast_one(self, start, end, visual=visual)
+        return ray_queries().cast_one(self, start, end, visual=visual)
 
-    def rays(self, starts: ArrayLike, ends: ArrayLike, *, visual: bool = False) -> rays.RayHits:
+    def rays(self, starts: ArrayLike, ends: ArrayLike, *, visual: bool = False) -> RayHits:
         """Return the first surface along each of k rays, (k, 3) (m); see `roboyard.sim.queries.rays.cast`."""
-        return rays.cast(self, starts, ends, visual=visual)
+        return ray_queries().cast(self, starts, ends, visual=visual)
 
-    def save_state(self) -> world_state.WorldState:
+    def save_state(self) -> WorldState:
         """Return the state of the world."""
-        return world_state.save(self, self.stepping.manifolds.save())
+        return world_state().save(self, self.stepping.manifolds.save())
 
-    def restore_state(self, saved: world_state.WorldState) -> None:
+    def restore_state(self, saved: WorldState) -> None:
         """Restore a saved state, bit for bit."""
-        world_state.restore(self, saved)
+        world_state().restore(self, saved)
         self.stepping.manifolds.restore(saved.contacts)
 
     # ---------------------------------------------------------------------------------------------- pictures

@@ -245,6 +245,8 @@ class LastStep:
 
     def drop(self) -> None:
         """Forget kept contacts: MuJoCo's arrays have newer ones."""
+        if self._contacts is None and self._seen is None and not self.filtered:
+            return  # after almost every step
         self.contacts = None
         self.filtered.clear()
 

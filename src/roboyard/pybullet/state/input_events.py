@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from _thread import allocate_lock
 from collections import deque
 from collections.abc import Mapping
-from threading import Lock
 
 from roboyard.pybullet.face import constants as c
 
@@ -49,7 +49,7 @@ class Keyboard:
     def __init__(self) -> None:
         """Start with all keys released."""
         self._states: dict[int, int] = {}
-        self._lock = Lock()
+        self._lock = allocate_lock()
 
     def press(self, code: int) -> None:
         """Record that a key was pressed."""

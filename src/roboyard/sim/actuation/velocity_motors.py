@@ -147,6 +147,10 @@ class VelocityMotors:
             model.dof_frictionloss[driven] = self._bounds[driven] @ (1.0, 1.0 / timestep)
             self._bound_timestep = timestep
 
+    def is_prepared(self, timestep: float) -> bool:
+        """Return whether `prepare` has nothing to do."""
+        return self._gathered and timestep == self._bound_timestep
+
     def apply(self, data: Any, timestep: float, *, alone: bool = False) -> None:
         """Write requested accelerations into the motors' rows, between the halves of a step.
 

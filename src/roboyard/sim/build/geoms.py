@@ -23,7 +23,6 @@ from roboyard.description.model import (
     Visual,
 )
 from roboyard.shapes.mesh import read_only
-from roboyard.sim.build.mesh_fields import add_field_asset, mesh_field
 from roboyard.sim.build.solver_options import CONTACT_SOLIMP, CONTACT_SOLREF
 from roboyard.sim.build.triangle_windows import FEWEST, TriangleWindow, add_slots, without_seams
 from roboyard.transforms import multiply, normalized, rotate, to_wxyz
@@ -124,6 +123,7 @@ def _add_whole(
 ) -> None:
     """Add the geom that represents all triangles of a mesh."""
     from roboyard._mujoco import mujoco
+    from roboyard.sim.build.mesh_fields import add_field_asset, mesh_field
 
     field = mesh_field(window.mesh, single=window.is_single)
     name = f"{record.element.name}/triangles{len(record.geoms) + len(record.visuals)}"

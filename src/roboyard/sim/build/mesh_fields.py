@@ -19,8 +19,6 @@ from roboyard.transforms import Array
 
 BASE = 2.0**-20
 """Thickness (m) by which MuJoCo's height fields that represent meshes are known; no terrain has it."""
-MARGIN = 1e-3
-"""Bullet's margin around the triangles of meshes in memory (m)."""
 THINNEST = 1e-6
 """Smallest size of a box (m)."""
 _CACHE_SIZE = 16

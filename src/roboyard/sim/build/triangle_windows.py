@@ -25,6 +25,8 @@ from roboyard.transforms import matrix_from_quaternion, to_wxyz
 if TYPE_CHECKING:
     from roboyard.sim.build.mesh_assets import MeshAssets
 
+MARGIN = 1e-3
+"""Bullet's margin around the triangles of meshes in memory (m)."""
 HALF_THICKNESS = 1e-3
 """Distance (m) of a prism's two triangles from the triangle itself."""
 OVERLAP = 1e-5
@@ -61,6 +63,11 @@ class TriangleWindow:
     """The spec's geoms."""
     whole: Any = None
     """The spec's geom that represents all triangles where these are searched, else None."""
+
+    @property
+    def margin(self) -> float:
+        """Bullet's margin around the triangles (m); balls do not have it."""
+        return 0.0 if self.is_file else MARGIN
 
     @property
     def tree(self) -> TriangleTree:

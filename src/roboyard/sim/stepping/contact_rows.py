@@ -82,6 +82,10 @@ class ContactRows:
         without(_NO_CONTACTS | _NO_ROWS, mujoco.mj_step1, model, data)
         without(flags, mujoco.mj_collision, model, data)
 
+    def known_addresses(self, data: Any) -> tuple[int, ...] | None:
+        """Return the arguments of `find_contacts`, as found in the last step; none for other data."""
+        return self._addresses if self._data is data else None
+
     def find_with_others(self, model: Any, data: Any, found: StepRows, collide: Collide) -> int:
         """Do what `find` does; return the number of rows of joints and equalities that MuJoCo has to make."""
         without(_NO_CONTACTS, mujoco.mj_step1, model, data)

@@ -145,6 +145,11 @@ class Manifolds:
         if self._bound is None:
             self._bind(model, data)
 
+    @property
+    def is_prepared(self) -> bool:
+        """Whether `prepare` has nothing to do."""
+        return self._bound is not None
+
     def move(
         self,
         model: Any,

@@ -18,6 +18,7 @@ import numpy as np
 
 from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
+from roboyard.native import lazy_loop
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.build.records import windows_of
@@ -33,7 +34,7 @@ from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 
 handing_over = lazy_module("roboyard.sim.stepping.impulses.handing_over")
-order = lazy_module("roboyard.sim.stepping.impulses.order")
+order = lazy_loop("roboyard.sim.stepping.impulses.order", "execute")
 solving = lazy_module("roboyard.sim.stepping.impulses.solving")
 
 LIMIT, MOTOR, EQUALITY = range(3)
@@ -193,17 +194,48 @@ class SequentialMotors:
             remade: 1 where rows were made again, without their velocities.
             makes: which rows are made here instead of by MuJoCo.
         """
-        while True:
-            answer = order().execute(self._bundle_of(found), first, last, remade, makes)
-            if answer in (r.ROOM, r.ROOM_FOR_ROWS):
+        answer = order().execute(self._bundle_of(found), first, last, remade, makes)
+        return self.go_on(answer, found, first, last, remade, makes)
+
+    def go_on(self, answer: int, found: StepRows, first: int, last: int, remade: int, makes: int) -> int:
+        """Execute parts of a step again where there was no room for them; return what `execute` does.
+
+        Args:
+            answer: of the compiled loop, which was given the other arguments.
+            found: the contacts and rows.
+            first: part that it began with.
+            last: part to end with.
+            remade: 1 where rows were made again, without their velocities.
+            makes: which rows are made here instead of by MuJoCo.
+        """
+        while answer in (r.ROOM, r.ROOM_FOR_ROWS, r.LOST):
+            if answer == r.LOST:
+                found.leave_memory()
+            else:
                 counts = found.look()
                 self._grow(counts[0], max(counts[ALL], int(self.contact_rows.counts[ALL])))
                 if answer == r.ROOM_FOR_ROWS:
                     first = max(first, r.MAKE)
-            elif answer == r.LOST:
-                found.leave_memory()
-            else:
-                return answer
+            answer = order().execute(self._bundle_of(found), first, last, remade, makes)
+        return answer
+
+    def prepared(self, found: StepRows, timestep: float) -> Any:
+        """Return the bundle of compiled loops where `prepare` has nothing to do; else None."""
+        world, known, bundle = self._world, self._known, self._bundle
+        if (
+            not known
+            or bundle is None
+            or known[0] != world.revision
+            or known[1] != timestep
+            or known[2] is not world.profile
+            or known[3] is not self._motors.arrays
+            or not found.is_direct
+            or not self._manifolds.is_prepared
+            or bundle.records[2] is not found.search
+            or bundle.records[5] is not self._manifolds.points
+        ):
+            return None
+        return bundle
 
     def _bundle_of(self, found: StepRows) -> Any:
         """Return all arrays of a step as one argument of compiled loops."""

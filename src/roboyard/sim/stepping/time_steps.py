@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+from _thread import _local
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from roboyard._lazy import LazyLogger, lazy_module
 from roboyard._mujoco import mujoco
+from roboyard.native import lazy_loop
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
@@ -20,7 +21,6 @@ from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
-from roboyard.sim.stepping.narrow_phase.field_contacts import MARK
 from roboyard.sim.stepping.sequential_motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
 from roboyard.sim.stepping.step_rows import StepRows
@@ -31,13 +31,16 @@ from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
 effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
+field_contacts = lazy_module("roboyard.sim.stepping.narrow_phase.field_contacts")
+finding = lazy_module("roboyard.sim.stepping.impulses.finding")
+order = lazy_loop("roboyard.sim.stepping.impulses.order", "execute")
 
 _ROWS = "rows of a step"
 """Name in `Engine.of_arrays`."""
 log = LazyLogger("roboyard.simulation")
 
 
-class _SolverWarning(threading.local):
+class _SolverWarning(_local):
     """The warning of MuJoCo during the step of this thread."""
 
     is_raised: bool = False
@@ -92,6 +95,8 @@ class Stepping:
         self.in_turn = SequentialMotors(world, motors, surfaces, self.manifolds, constraints)
         """Robots with motors, where they are solved row by row as Bullet does."""
         motors.forces_elsewhere = self._own_motor_forces
+        self._flags = 0
+        """MuJoCo's flags while it found the contacts of the last step."""
         self._is_implicit = world.profile.integrator == "implicitfast"
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = self._slides = False
         self._is_in_turn = False
@@ -106,6 +111,8 @@ class Stepping:
         self._compiled: tuple[Any, ...] | None = None
         """MuJoCo's options, a step's rows, velocities, accelerations, bounds on velocities, if any, and
         whether there are actuators and height fields."""
+        self._is_direct = False
+        """Whether the last step was three compiled calls, and no rule has changed since."""
 
     def refresh(self) -> None:
         """Look up which rules the steps have to apply."""
@@ -116,6 +123,7 @@ class Stepping:
         self._slides = self.constraints.has_slides
         self._has_rules = self._has_surfaces or self._has_motors or self._is_bounded
         self._makes_rows = True
+        self._is_direct = False
         self.in_turn.refresh()
 
     @property
@@ -126,6 +134,7 @@ class Stepping:
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
         self._compiled = None
+        self._is_direct = False
         self.sliding.invalidate()
         self.stops.invalidate()
         self.fast_turns.invalidate()
@@ -134,6 +143,7 @@ class Stepping:
 
     def note_bodies(self) -> None:
         """Note that bodies were added or removed, with or without a compile."""
+        self._is_direct = False
         self.sliding.invalidate()
         self.fast_turns.invalidate()
         self.manifolds.invalidate()
@@ -147,6 +157,20 @@ class Stepping:
         """Bound a joint's velocity (rad/s or m/s) instead of the world's profile."""
         self._velocity_limits[(body_id, joint_index)] = largest
         self._compiled = None
+
+    def next_step(self, model: Any, data: Any) -> None:
+        """Execute one step in the way that this world needs."""
+        if self._is_direct and self._direct_step(model, data):
+            if self._has_drag or self.wrenches.pending:
+                self._clear_forces()
+        elif self.is_plain:
+            self.plain_step(model, data)
+        else:
+            self.step(model, data)
+
+    def _clear_forces(self) -> None:
+        drag, self._has_drag = self._has_drag, False
+        self.wrenches.clear(drag=drag)
 
     def plain_step(self, model: Any, data: Any) -> None:
         """Execute one step of a world whose only rules are that sliding does not lift and stops hold."""
@@ -189,7 +213,7 @@ class Stepping:
 
     def step(self, model: Any, data: Any) -> None:
         """Execute one step with all rules."""
-        self.in_turn.contact_rows.is_last = False
+        self._is_direct = self.in_turn.contact_rows.is_last = False
         if self._soft.by_id:
             self._step_in_parts(model, data)
         elif self._world.hard_contacts:  # stops are rigid, too
@@ -200,8 +224,7 @@ class Stepping:
         else:
             self._whole_step(model, data)
         if self._has_drag or self.wrenches.pending:
-            drag, self._has_drag = self._has_drag, False
-            self.wrenches.clear(drag=drag)
+            self._clear_forces()
 
     def _step_in_parts(self, model: Any, data: Any) -> None:
         """Execute a step in as many parts as the stiffness of soft bodies requires."""
@@ -237,14 +260,29 @@ class Stepping:
             if self._solve_contacts(model, data, found):
                 own.is_last = True
                 mujoco.mj_Euler(model, data)
+                self._is_direct = own.makes_joints(model)
                 return
-            self._makes_rows, remade, answer = False, True, r.OTHERS
-        else:
-            self._collide(mujoco.mj_step1, model, data)
-            answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
-            remade = answer in (r.POINTS_ARE_NEW, r.ROWS_ARE_OLD)
-            if answer == r.POINTS_ARE_NEW:
-                self.manifolds.add(model, data, found)
+            self._makes_rows = False
+            self._solve_rows(model, data, found, r.OTHERS, remade=True)
+            return
+        self._collide(mujoco.mj_step1, model, data)
+        answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
+        if answer == r.POINTS_ARE_NEW:
+            self.manifolds.add(model, data, found)
+        remade = answer in (r.POINTS_ARE_NEW, r.ROWS_ARE_OLD)
+        self._solve_rows(model, data, found, answer, remade=remade)
+
+    def _solve_rows(self, model: Any, data: Any, found: StepRows, answer: int, *, remade: bool) -> None:
+        """Execute a step of motors and rigid contacts from MuJoCo's rows on.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            found: the contacts and rows.
+            answer: of the parts of `in_turn.execute` before.
+            remade: whether the rows have to be made again.
+        """
+        in_turn, slides = self.in_turn, self._slides
         if remade:
             mujoco.mj_makeConstraint(model, data)
         if slides:
@@ -256,10 +294,35 @@ class Stepping:
             return
         if remade:
             self._complete_rows(model, data, found)
+        timestep = model.opt.timestep
         if found.is_direct:
             self._finish_in_block(model, data, found, timestep)
         else:
             self._finish(model, data, found, timestep, slides=False, alone=False)
+
+    def _direct_step(self, model: Any, data: Any) -> bool:
+        """Do what `_motor_step` did in the last step, where only the state and the motors' targets differ.
+
+        Returns:
+            Whether it could; else nothing has happened.
+        """
+        compiled, in_turn = self._compiled, self.in_turn
+        if compiled is None or self._soft.by_id or self._has_drag:
+            return False
+        timestep, found, own = compiled[0].timestep, compiled[1], in_turn.contact_rows
+        bundle, addresses = in_turn.prepared(found, timestep), own.known_addresses(data)
+        if bundle is None or not addresses or not self.motors.is_prepared(timestep):
+            return False
+        finding().find_contacts(*addresses, self._flags)
+        answer = order().execute(bundle, r.KEEP, r.SOLVE, 1, r.OF_ALL)
+        if answer != r.DONE:
+            answer = in_turn.go_on(answer, found, r.KEEP, r.SOLVE, 1, r.OF_ALL)
+            if not self._solve_new_points(answer, model, data, found):
+                self._is_direct = own.is_last = self._makes_rows = False
+                self._solve_rows(model, data, found, r.OTHERS, remade=True)
+                return True
+        mujoco.mj_Euler(model, data)
+        return True
 
     def _collide(self, call: Callable[[Any, Any], None], model: Any, data: Any) -> None:
         """Call a function of MuJoCo that finds contacts, with room for those that are found here."""
@@ -274,7 +337,11 @@ class Stepping:
         assert self._compiled is not None
         if not (self._compiled[6] and self.manifolds.keeps and self._world.hard_contacts):
             return 0
-        return MARK if self._windows.fields.leaves_room(model, self.surfaces.forms(model, data)) else 0
+        return (
+            field_contacts().MARK
+            if self._windows.fields.leaves_room(model, self.surfaces.forms(model, data))
+            else 0
+        )
 
     def _solve_contacts(self, model: Any, data: Any, found: StepRows) -> bool:
         """Execute a step up to the integration without MuJoCo's rows of contacts; return whether it could."""
@@ -282,12 +349,10 @@ class Stepping:
         own = in_turn.contact_rows
         if own.makes_joints(model):
             assert self._compiled is not None
-            own.find(model, data, self._flags_of_fields(model, data))
+            self._flags = self._flags_of_fields(model, data)
+            own.find(model, data, self._flags)
             answer = in_turn.execute(found, r.KEEP, r.SOLVE, 1, r.OF_ALL)
-            if answer == r.POINTS_ARE_NEW:
-                self.manifolds.add(model, data, found)
-                answer = in_turn.execute(found, r.MAKE, r.SOLVE, 1, r.OF_ALL)
-            return answer == r.DONE
+            return self._solve_new_points(answer, model, data, found)
         others = own.find_with_others(model, data, found, self._collide)
         if in_turn.execute(found, r.KEEP, r.KEEP) == r.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
@@ -298,6 +363,13 @@ class Stepping:
         if others:
             own.give_forces(found)
         return True
+
+    def _solve_new_points(self, answer: int, model: Any, data: Any, found: StepRows) -> bool:
+        """Add points of earlier steps where `in_turn.execute` asks for them; return whether all is solved."""
+        if answer == r.POINTS_ARE_NEW:
+            self.manifolds.add(model, data, found)
+            answer = self.in_turn.execute(found, r.MAKE, r.SOLVE, 1, r.OF_ALL)
+        return answer == r.DONE
 
     def contact_forces(self, model: Any, data: Any) -> Array:
         """Return (ncon, 3) forces (N) of the last step's contacts along the axes of their frames."""
@@ -454,8 +526,11 @@ class Stepping:
 
     def motor_forces(self) -> np.ndarray:
         """Return the (nv,) efforts of all motors in the last step (N m or N)."""
+        own = self.in_turn.contact_rows
+        if own.is_last:
+            return own.motor_efforts(self._world.live_model.nv)
         found = None if self._compiled is None else self._compiled[1]
-        if found is not None and found.is_direct and not self.in_turn.contact_rows.is_last:
+        if found is not None and found.is_direct:
             out = np.zeros(found.search.degrees)
             if effort_kernels().motor_efforts(found.rows, found.search, out):
                 return out

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,10 +21,13 @@ from roboyard.sim.build.triangle_windows import (
 )
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
-from roboyard.sim.stepping.narrow_phase.field_contacts import FieldContacts, is_installed
 from roboyard.sim.stepping.surfaces import Surfaces
 
+if TYPE_CHECKING:
+    from roboyard.sim.stepping.narrow_phase.field_contacts import FieldContacts
+
 kernels = lazy_module("roboyard.sim.stepping.triangle_kernels")
+field_contacts = lazy_module("roboyard.sim.stepping.narrow_phase.field_contacts")
 
 LOOKAHEAD = 0.01
 """Distance from a moving body up to which triangles get a slot (m); contacts are detected within 4 mm."""
@@ -35,8 +38,7 @@ class TriangleWindows:
 
     def __init__(self, world: Engine[Body], surfaces: Surfaces, soft: SoftBodies) -> None:
         self._world, self._surfaces, self._soft = world, surfaces, soft
-        self.fields = FieldContacts()
-        """Room for the points of shapes on height fields."""
+        self._fields: FieldContacts | None = None
         self._windows: list[TriangleWindow] = []
         self._located: list[_Located] | None = None
         self.is_outdated = False
@@ -54,10 +56,18 @@ class TriangleWindows:
             return False
         return any(window.whole is None for window in self._windows) or not self._are_searched()
 
+    @property
+    def fields(self) -> FieldContacts:
+        """Room for the points of shapes on height fields; worlds without any do not load it."""
+        found = self._fields
+        if found is None:
+            found = self._fields = field_contacts().FieldContacts()
+        return found
+
     def may_search(self) -> bool:
         """Return whether the triangles of meshes can be searched where the forms of all shapes are known."""
         is_known = self._world.profile.hard_contacts and self._surfaces.forms_of is not None
-        return is_known and is_installed()
+        return is_known and field_contacts().is_installed()
 
     def _are_searched(self) -> bool:
         """Return whether the points of all shapes on height fields are found here."""

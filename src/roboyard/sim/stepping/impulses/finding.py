@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-from array import array
 from functools import cache
 from typing import Any
 
@@ -48,6 +47,8 @@ def flags_place() -> int:
 
 
 def _find_flags() -> list[int]:
+    from array import array
+
     model: Any = mujoco.MjModel.from_xml_string("<mujoco/>")
     if not hasattr(model, "_address"):
         return []

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from roboyard._records import NamedTuple
-from roboyard.sim.build.mesh_fields import MARGIN, MeshField, mesh_field
-from roboyard.sim.build.triangle_windows import TriangleWindow
+
+if TYPE_CHECKING:
+    from roboyard.sim.build.mesh_fields import MeshField
+    from roboyard.sim.build.triangle_windows import TriangleWindow
 
 
 class Fields(NamedTuple):
@@ -64,8 +66,8 @@ def fields_of(model: Any, data: Any, windows: Sequence[TriangleWindow]) -> Field
         starts=model.hfield_adr,
         heights=model.hfield_data,
         meshes=meshes,
-        margins=np.array([0.0 if window.is_file else MARGIN for window in searched]),
-        **_joined([mesh_field(window.mesh, single=window.is_single) for window in searched]),
+        margins=np.array([window.margin for window in searched]),
+        **_joined([_triangles(window) for window in searched]),
     )
 
 
@@ -85,6 +87,12 @@ def no_fields() -> Fields:
         margins=np.zeros(0),
         **_joined([]),
     )
+
+
+def _triangles(window: TriangleWindow) -> MeshField:
+    from roboyard.sim.build.mesh_fields import mesh_field
+
+    return mesh_field(window.mesh, single=window.is_single)
 
 
 def _joined(fields: Sequence[MeshField]) -> dict[str, np.ndarray]:
