@@ -23,7 +23,7 @@ from roboyard.shapes.mesh import TriangleMesh
 from roboyard.sim import objects
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.pool import kept_worlds
-from roboyard.sim.pool.kept_worlds import memory_of
+from roboyard.sim.pool.model_memory import memory_of
 from roboyard.sim.world import World
 
 BOX = objects.box([0.1, 0.2, 0.3], mass=0.7, rgba=objects.GREY, friction=None, name="box")

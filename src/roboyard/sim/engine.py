@@ -13,6 +13,7 @@ from roboyard.sim.build.geoms import add_triangles_for_rays
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets, forget_meshes
 from roboyard.sim.build.planned import PlannedBody
+from roboyard.sim.build.records import BuiltLink
 from roboyard.sim.build.solver_options import (
     HARD_SOLIMP,
     PILE_SOLIMP,
@@ -40,6 +41,7 @@ MEMORY_GROWTH = 4
 
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+_BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
 _SLEEPS = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
 
 
@@ -65,6 +67,8 @@ class Engine(Generic[BodyT]):
         """The compiled world, for the next one, while its spec has not changed."""
         self._is_edited = False
         """Whether the spec has changed since the first compile, or has more than planned bodies before it."""
+        self.element_edits = 0
+        """Number of edits of elements so far, but for those of friction."""
         self.pool = BodyPool(self)
         self.body_by_id: dict[int, BodyT] = {}
         self.profile = profile
@@ -164,6 +168,12 @@ class Engine(Generic[BodyT]):
         """Return the parts, beside bodies, that refer to each other without passing through the world."""
         return ()
 
+    def rows_changed(self, body: BodyT, *, is_there: bool) -> None:
+        """Note that rows of MuJoCo's arrays, which stay, became a body's or are no longer one's."""
+
+    def bodies_changed(self) -> None:
+        """Note that bodies came or went in any other way."""
+
     def constraints_changed(self) -> None:
         """Note that a constraint came or went without a compile."""
 
@@ -235,9 +245,14 @@ class Engine(Generic[BodyT]):
         self._apply_options(self._spec.option)  # a spec that was taken over has those of its compile
         return self.raw_spec
 
-    def note_edit(self) -> None:
-        """Note that elements of the spec change, or may: the next world cannot take it over."""
+    def note_edit(self, *, of_friction: bool = False) -> None:
+        """Note that elements of the spec change, or may: the next world cannot take it over.
+
+        Args:
+            of_friction: whether friction coefficients and the dimensions of contacts alone do.
+        """
         self._is_edited = True
+        self.element_edits += not of_friction
 
     def build_planned(self) -> None:
         """Add the elements of all planned bodies to the spec."""
@@ -537,7 +552,7 @@ class Engine(Generic[BodyT]):
         if not grows:
             raise ModelError(f"MuJoCo stopped: {message}") from None
 
-    def adopt(self, body: EngineBody) -> None:
+    def adopt(self, body: BodyT) -> None:
         """Make rows of the compiled model a new body's."""
         body.refresh(self._model)
         was_pile, had_joints = self._is_pile, self._has_joints
@@ -548,10 +563,12 @@ class Engine(Generic[BodyT]):
         if is_other or self._has_joints != had_joints:
             self._apply_options(self._model.opt)
             self.pool.update_inertia()
-        self._set_contact_law(self.body_by_id.values() if is_other else [body])
+        self._set_contact_law(self.body_by_id.values() if is_other else [body], are_all=is_other)
+        if is_other:
+            self.bodies_changed()
         self._rows_changed(body, owner=body.id)
 
-    def disown(self, body: EngineBody) -> None:
+    def disown(self, body: BodyT) -> None:
         """Note that a body was removed while its rows remain.
 
         It must not have been the body that made the world a pile.
@@ -560,13 +577,14 @@ class Engine(Generic[BodyT]):
         self._free_dofs -= body.built.free_dofs
         self._rows_changed(body, owner=-1)
 
-    def _rows_changed(self, body: EngineBody, *, owner: int) -> None:
+    def _rows_changed(self, body: BodyT, *, owner: int) -> None:
         if self._geom_owners is not None:
             for index, record in enumerate(body.built.links):
                 rows = [geom.id for geom in (*record.geoms, *record.visuals)]
                 self._geom_owners[rows] = (owner, -1 if owner < 0 else index)
         self._next_revision()
         self.mark_moved()
+        self.rows_changed(body, is_there=owner >= 0)
 
     @property
     def _is_pile(self) -> bool:
@@ -590,15 +608,22 @@ class Engine(Generic[BodyT]):
             profile=self.profile,
         )
 
-    def _set_contact_law(self, bodies: Iterable[EngineBody]) -> None:
+    def _set_contact_law(self, bodies: Iterable[EngineBody], *, are_all: bool = True) -> None:
         """Set how rigid contacts are: by the profile, but soft in a pile.
 
         Shapes of MJCF files keep their own settings.
+
+        Args:
+            bodies: those whose shapes are set.
+            are_all: whether these are all bodies of the world.
         """
         model, profile = self._model, self.profile
         is_pile = self._is_pile
         self.hard_contacts = profile.hard_contacts and not is_pile
         records = [r for body in bodies for r in body.built.links if r.link is not None]
+        if not are_all:
+            self._set_law_of_few(records, is_pile=is_pile)
+            return
         if is_pile or profile.hard_contacts:
             ours = np.array([geom.id for record in records for geom in record.geoms], dtype=np.intp)
             model.geom_margin[ours] = 0.0
@@ -611,8 +636,27 @@ class Engine(Generic[BodyT]):
         slots = [geom.id for record in records for window in record.windows for geom in window.slots]
         if slots and not self.hard_contacts:  # bodies rest on the triangles, inside the prisms
             model.geom_margin[slots], model.geom_gap[slots] = -HALF_THICKNESS, HALF_THICKNESS
-        model.body_margin[:] = 0.0  # pairs of bodies with several shapes are looked at within these alone
+        # pairs of bodies with several shapes are looked at within these margins alone
+        model.body_margin[:] = 0.0
         np.maximum.at(model.body_margin, model.geom_bodyid, model.geom_margin + model.geom_gap)
+
+    def _set_law_of_few(self, records: Iterable[BuiltLink], *, is_pile: bool) -> None:
+        """Do what `_set_contact_law` does, for links whose shapes alone are new and have no windows."""
+        model, profile = self._model, self.profile
+        margin, gap_of, kind_of = model.geom_margin, model.geom_gap.item, model.geom_type.item
+        for record in records:
+            geoms = [geom.id for geom in record.geoms]
+            if is_pile or profile.hard_contacts:
+                for geom in geoms:
+                    is_box = kind_of(geom) == _BOX
+                    width = profile.box_margin if is_box else profile.contact_margin
+                    margin[geom] = width if self.hard_contacts else 0.0
+                    model.geom_solimp[geom] = PILE_SOLIMP if is_pile else HARD_SOLIMP
+                    if is_pile:
+                        model.geom_solref[geom] = PILE_SOLREF
+            geoms += [geom.id for geom in record.visuals]
+            widest = max([0.0, *(margin.item(geom) + gap_of(geom) for geom in geoms)])
+            model.body_margin[record.element.id] = widest
 
     def link_frames(self, *, keeps_last: bool) -> Any:
         """Return the MjData with positions of bodies, geoms and sites that agree with qpos.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -49,7 +48,12 @@ class PoolEngine(Protocol):
         ...
 
     @property
-    def body_by_id(self) -> Mapping[int, EngineBody]:
+    def element_edits(self) -> int:
+        """Number of edits of the spec's elements so far, but for those of friction."""
+        ...
+
+    @property
+    def body_by_id(self) -> dict[int, Any]:
         """All bodies, by id."""
         ...
 

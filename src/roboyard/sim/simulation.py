@@ -130,6 +130,14 @@ class Simulation(Engine[Body]):
     def _parts_in_cycles(self) -> Sequence[object]:
         return (self.motors,)
 
+    def rows_changed(self, body: Body, *, is_there: bool) -> None:
+        """Note that rows of MuJoCo's arrays, which stay, became a body's or are no longer one's."""
+        self.stepping.change(body, is_there=is_there)
+
+    def bodies_changed(self) -> None:
+        """Note that bodies came or went in any other way."""
+        self.stepping.note_bodies()
+
     def constraints_changed(self) -> None:
         """Note that a constraint came or went without a compile."""
         self.stepping.refresh()
@@ -237,11 +245,13 @@ class Simulation(Engine[Body]):
         if form is None:
             form = build(self.raw_spec, self.assets, description, prefix, xyz, quaternion, options)
             note_sound(description, options)
-        body = self.register(unique, form, description, fixed_base=fixed_base, scale=scale)
+        if taken is None:
+            self.mark_stale()  # while all bodies of this world have rows
+            self.stepping.note_bodies()
+        body = self._register(unique, form, description, fixed_base=fixed_base, scale=scale)
         if taken is None:
             if isinstance(form, PlannedBody):
                 self.add_planned(body)
-            self.mark_stale()
             self.pool.note_added(body, options)
         else:
             self.pool.activate(body)
@@ -270,13 +280,24 @@ class Simulation(Engine[Body]):
             fixed_base: whether the root is fixed to the world.
             scale: of the description's lengths.
         """
+        self.stepping.note_bodies()
+        return self._register(name, form, description, fixed_base=fixed_base, scale=scale)
+
+    def _register(
+        self,
+        name: str,
+        form: Built | PlannedBody,
+        description: RobotDescription | None,
+        *,
+        fixed_base: bool,
+        scale: float,
+    ) -> Body:
         body = Body(self, self._next_id, name, form, description, fixed_base=fixed_base, scale=scale)
         self._next_id += 1
         self.body_by_id[body.id] = body
         self._names.add(name)
         self.filters.assign_masks(body)
         self.render_shapes.add(body)
-        self.stepping.note_bodies()
         return body
 
     def reserve_name(self, name: str) -> str:
@@ -303,23 +324,28 @@ class Simulation(Engine[Body]):
             raise StaleHandleError(f"body {body.name!r} is not in this world")
         if self.late_masses or self.late_frictions:
             self.write_late()  # while its rows are there
+        can_stay = self.pool.can_release(body)
+        if not (can_stay or self.is_stale) and self.before_edit is not None:
+            self.before_edit()
         self.soft.forget(body.id)
         self.constraints.forget(body.id)
         self.filters.forget(body)
         self._surfaces.forget(body.id)
         self.motors.forget(body.id)
         self.stepping.forget(body.id)
-        self.stepping.note_bodies()
         self.render_shapes.forget(body.id)
         del self.body_by_id[body.id]
         self._names.discard(body.name)
         self._copies.clear()
+        self.pool.forget(body)
         if self.drop_planned(body):
-            self.pool.forget(body)
+            self.stepping.note_bodies()
             self.mark_stale()
-        elif self.pool.release(body):
+        elif can_stay and not self.is_stale:
+            self.pool.release(body)
             self.disown(body)
         else:
+            self.stepping.note_bodies()
             self.pool.discard(body.built)
             self.mark_stale()
         body.detach()

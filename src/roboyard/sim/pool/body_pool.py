@@ -46,7 +46,8 @@ MORE, MOST = 32, 600
 """Number of pooled bodies: as many as there are bodies, but at least `FEWEST`, at most `MORE` and half as
 many as bodies, and never more than `MOST` unless as many were added at once.
 
-So compiles become rarer as they become more expensive, while steps do not become much slower."""
+So compiles become rarer as they become more expensive, while steps do not become much slower. Where bodies
+are removed before others are added, the fewest are enough."""
 STREAK = 3
 """Compiles in a row that only new bodies made necessary, the one with pooled bodies included."""
 IDLE_STEPS, IDLE_STEPS_ARTICULATED = 200, 20
@@ -55,6 +56,9 @@ LARGEST_PAUSE = 4
 """Largest number of steps between additions at which pooled bodies with joints are made."""
 MOST_DISCARDED = 64
 """Largest number of removed bodies that are deleted from the spec at once; a single one costs as much."""
+SETTLED, MANY = 50, 32
+"""Bodies in a row that were removed while they were the newest, after which more pooled bodies than so many
+are replaced by the fewest: each costs time in every step."""
 HISTORY_LENGTH = 12
 """Number of recent additions from which the layouts of pooled bodies are chosen: those seen twice."""
 _SLOT_NAME, _REMOVED_NAME, _DISCARDED_NAME = "pooled{}", "removed{}", "discarded{}"
@@ -86,6 +90,12 @@ class BodyPool:
         self._threshold = STREAK
         self._idle = 0
         self._recent: deque[Recent] = deque(maxlen=HISTORY_LENGTH)
+        self._returned: deque[bool] = deque(maxlen=HISTORY_LENGTH)
+        """Of the same additions, whether the body was removed while it was the newest."""
+        self._returns = 0
+        """Number of bodies in a row that were."""
+        self._is_trimmed = False
+        """Whether the next compile gets the fewest pooled bodies, for more than was needed before."""
         self._templates = TemplateCache()
         self._steps: deque[float] = deque(maxlen=STREAK)
         """Steps before each of the last additions."""
@@ -134,6 +144,7 @@ class BodyPool:
 
     def _record(self, description: RobotDescription, options: BuildOptions) -> None:
         self._recent.append((description, options))
+        self._returned.append(False)
         now = self._engine.time
         self._steps.append((now - self._time) / self._engine.timestep)
         self._time = now
@@ -144,6 +155,10 @@ class BodyPool:
         if self._idle > (IDLE_STEPS_ARTICULATED if self._has_articulated else IDLE_STEPS):
             self._delete_inactive()
             self._streak = 0
+            self._engine.mark_stale()
+        elif self._returns >= SETTLED and self.free > MANY and not self._slot_of:
+            self._returns, self._is_trimmed = 0, True
+            self._delete_inactive()
             self._engine.mark_stale()
         self._idle += steps
 
@@ -169,7 +184,7 @@ class BodyPool:
         self._delete_inactive()
         self._streak = self._streak + 1 if fresh and not mixed else 0
         is_first = self.expects_bodies and fresh > 0
-        if is_first:
+        if is_first or self._is_trimmed:
             self._streak, self.expects_bodies = self._threshold, False
         self._idle = 0
         if self._streak < self._threshold or spec.sensors or _may_sleep(spec):
@@ -179,7 +194,8 @@ class BodyPool:
             return 0
         self._has_articulated = any(template.description.joints for template in templates)
         fewest = FEWEST_ARTICULATED if self._has_articulated else HISTORY_LENGTH if is_first else FEWEST
-        size = self._compile_cost()
+        size = 0 if self._is_trimmed or self._all_return(fresh) else self._compile_cost()
+        self._is_trimmed = False
         count = max(fewest, fresh, min(size, MORE + size // 2, MOST))
         for number, template in enumerate(islice(cycle(templates), count)):
             self.is_used = True
@@ -187,6 +203,14 @@ class BodyPool:
                 add_pooled_body(spec, self._engine.assets, template, _SLOT_NAME.format(number))
             )
         return sum(slot.template.counts["geom"] for slot in self._slots)
+
+    def _all_return(self, fresh: int) -> bool:
+        """Return whether all recent additions but the last few were removed again, the newest first.
+
+        Their rows are free then for the next ones.
+        """
+        before = list(self._returned)[: len(self._returned) - fresh][1 - STREAK :]
+        return len(before) == STREAK - 1 and all(before)
 
     def locate(self) -> None:
         """Look up the rows of pooled bodies after a compile, and make them inactive."""
@@ -329,31 +353,39 @@ class BodyPool:
     def forget(self, body: EngineBody) -> None:
         """Note that a body was removed."""
         self._added.discard(body.id)
+        others, returned = self._engine.body_by_id, self._returned
+        if not others or next(reversed(others)) < body.id:
+            for place in range(len(returned) - 1, -1, -1):
+                if not returned[place]:
+                    returned[place] = True
+                    self._returns += 1
+                    return
+        self._returns = 0
 
-    def release(self, body: EngineBody) -> bool:
-        """Make a removed body inactive; return False where its elements must be deleted now."""
-        self.forget(body)
+    def can_release(self, body: EngineBody) -> bool:
+        """Return whether a body can become inactive, so that its elements stay until the next compile."""
         engine = self._engine
         if engine.is_stale or not is_apart(body, engine.live_model):
             return False
         built = body.built
         if engine.would_be_pile(more_dofs=0) and not engine.would_be_pile(more_dofs=-built.free_dofs):
             return False  # contacts turn hard again: their numbers are in the spec
-        slot = self._slot_of.pop(body.id, None)
-        if slot is None and (
-            len(built.links) > 1 or len(self._removed) > max(FEWEST, len(engine.body_by_id))
-        ):
-            return False
+        return body.id in self._slot_of or (
+            len(built.links) == 1 and len(self._removed) <= max(FEWEST, len(engine.body_by_id))
+        )
+
+    def release(self, body: EngineBody) -> None:
+        """Make a removed body inactive, which `can_release`."""
+        slot, built = self._slot_of.pop(body.id, None), body.built
         self._idle = 0
         if slot is None:
             self._rows.deactivate_body(built, _REMOVED_NAME.format(len(self._removed)))
             self._removed.append(built)
             self.is_used = True
-            return True
+            return
         self._rows.deactivate(slot)
         while self._next and self._slots[self._next - 1].is_free:
             self._next -= 1
-        return True
 
 
 def _may_sleep(spec: Any) -> bool:

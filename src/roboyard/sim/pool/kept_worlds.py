@@ -10,7 +10,6 @@ what happened in between is left.
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 from typing import Any
 
@@ -22,6 +21,7 @@ from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets
 from roboyard.sim.build.planned import PlannedBody
 from roboyard.sim.build.records import Built
+from roboyard.sim.pool.model_memory import memory_of
 from roboyard.transforms import to_wxyz
 
 MOST_BYTES = 64 * 2**20
@@ -141,15 +141,3 @@ def keep(
         numbers=memory.copy(),
         inertia=float(model.stat.meaninertia),
     )
-
-
-def memory_of(model: Any) -> np.ndarray | None:
-    """Return (n,) bytes: all arrays of an MjModel, which MuJoCo has in one block; None if it has not."""
-    found = [getattr(model, name) for name in dir(type(model)) if not name.startswith("_")]
-    arrays = [values for values in found if isinstance(values, np.ndarray) and values.size]
-    arrays = [values for values in arrays if values.flags.c_contiguous and not values.flags.owndata]
-    first = min(values.ctypes.data for values in arrays)
-    size = max(values.ctypes.data + values.nbytes for values in arrays) - first
-    if size > model.nbuffer:
-        return None
-    return np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(first))

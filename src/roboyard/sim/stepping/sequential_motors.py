@@ -79,14 +79,16 @@ class SequentialMotors:
         """The last few of them, by the ids of their records."""
         self._solvers: dict[int, r.Solver] = {}
         """The last few records of the solver, by the number of places of rows."""
-        self._parts: list[BodyParts] | None = None
-        """Limits and motors of each body; None where bodies came or went."""
+        self._parts: dict[int, BodyParts] | None = None
+        """Limits and motors of each body by its id; None where bodies came or went."""
         self._known_parts: tuple[Any, bytes, dict[int, BodyParts]] = None, b"", {}
         """An MjModel, which of its joints have limits, and by id the parts of bodies in it."""
         self._is_ordered = False
         """Whether the order of solution has all constraints."""
         self._known: tuple[Any, ...] = ()
-        """Revision, time step and profile whose rules are written."""
+        """Revision, time step, profile and motors that were looked up."""
+        self._written: tuple[Any, ...] = ()
+        """What the solver's rules were written from."""
 
     def set_rounds(self, rounds: int, residual: float) -> None:
         """Set when the solver ends.
@@ -120,6 +122,24 @@ class SequentialMotors:
         self._bundles.clear()
         self._is_ordered = False
         self._known = ()
+
+    def change(self, body: Body, *, is_there: bool) -> None:
+        """Note that rows of MuJoCo's arrays, which stay, became a body's or are no longer one's.
+
+        One without joints has no place in the order of solution.
+        """
+        parts, known, model = self._parts, self._known_parts, self._world.live_model
+        if (
+            parts is None
+            or body.joints
+            or known[0] is not model
+            or known[1] != model.jnt_limited.tobytes()
+        ):
+            self.note_bodies()
+        elif is_there:
+            parts[body.id] = parts_of(body, model)
+        else:
+            del parts[body.id]
 
     def note_constraints(self) -> None:
         """Note that a constraint came or went without a compile."""
@@ -276,13 +296,14 @@ class SequentialMotors:
             self._solver = _solver(rows, model.nv, model.nbody, model.ntree, self._width)
             self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
             self._unbounded = np.full(model.nv, np.inf)
-            self._bundle, self._is_ordered = None, False
+            self._bundle, self._is_ordered, self._written = None, False, ()
         mechanism = self._mechanism
         assert mechanism is not None
         if not self._is_ordered:
             self._order(mechanism, *(trees or self._constraints.trees(model)))
-        bound, share = self._constraints.bounds_and_shares(model)
-        mechanism.equality_bound[:], mechanism.equality_share[:] = bound, share
+        if len(mechanism.equality_share):
+            bound, share = self._constraints.bounds_and_shares(model)
+            mechanism.equality_bound[:], mechanism.equality_share[:] = bound, share
         profile, surfaces, solver = world.profile, self._surfaces, self._solver
         surface = surfaces.record(model, data, len(solver.order))
         if not _same(surface, self._surface):
@@ -291,19 +312,29 @@ class SequentialMotors:
         replaced = solver._replace(motors=motors[0], targets=motors[1], largest=largest)
         if not _same(replaced, solver):
             self._solver, self._bundle = replaced, None
-        rules = solver.rules
-        rules[r.TIMESTEP], rules[r.ERP], rules[r.CONTACT_ERP] = timestep, profile.erp, profile.contact_erp
-        rules[r.DEEP], rules[r.SLOW], rules[r.RESIDUAL] = profile.deep, profile.slow, self._residual
-        rules[r.ROUNDS] = self._rounds
-        rules[r.IS_PRODUCT], rules[r.IS_COMPLIANT] = profile.product_friction, surfaces.are_compliant
-        rules[r.LIMITS_ARE_HARD], rules[r.CONTACTS_ARE_HARD] = profile.hard_contacts, world.hard_contacts
-        rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
-        rules[r.IS_BOUNDED], rules[r.SLOP] = self._largest is not None, profile.contact_slop
+        written = (
+            *(timestep, profile, self._residual, self._rounds, surfaces.are_compliant, world.hard_contacts),
+            *(self._manifolds.keeps, self._largest is not None),
+        )
+        if written != self._written:
+            self._written = written
+            self._write_rules(solver.rules, timestep)
         if self._manifolds.keeps and len(surface.boxes):
             model.opt.disableflags |= PLACED
         else:
             model.opt.disableflags &= ~PLACED
         self._known = world.revision, timestep, profile, motors
+
+    def _write_rules(self, rules: np.ndarray, timestep: float) -> None:
+        world, profile = self._world, self._world.profile
+        rules[r.TIMESTEP], rules[r.ERP], rules[r.CONTACT_ERP] = timestep, profile.erp, profile.contact_erp
+        rules[r.DEEP], rules[r.SLOW], rules[r.RESIDUAL] = profile.deep, profile.slow, self._residual
+        rules[r.ROUNDS] = self._rounds
+        rules[r.IS_PRODUCT] = profile.product_friction
+        rules[r.IS_COMPLIANT] = self._surfaces.are_compliant
+        rules[r.LIMITS_ARE_HARD], rules[r.CONTACTS_ARE_HARD] = profile.hard_contacts, world.hard_contacts
+        rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
+        rules[r.IS_BOUNDED], rules[r.SLOP] = self._largest is not None, profile.contact_slop
 
     def _order(
         self,
@@ -321,16 +352,17 @@ class SequentialMotors:
             state = model, model.jnt_limited.tobytes()
             if self._known_parts[0] is not model or self._known_parts[1] != state[1]:
                 self._known_parts = (*state, {})
-            known, bodies = self._known_parts[2], self._world.body_by_id
-            now = {key: known.get(key) or parts_of(body, model) for key, body in bodies.items()}
-            self._known_parts, self._parts = (*state, now), list(now.values())
-        parts = tuple((one.trees, one.limits, one.motors) for one in self._parts)
+            known, there = self._known_parts[2], self._world.body_by_id
+            now = {key: known.get(key) or parts_of(body, model) for key, body in there.items()}
+            self._known_parts, self._parts = (*state, now), now
+        bodies = list(self._parts.values())
+        parts = tuple((one.trees, one.limits, one.motors) for one in bodies)
         made_from = parts, tuple(equalities), equality_tree.tobytes()
         orders = self._world.of_arrays.setdefault(_SLOTS, {})
         found = orders.get(made_from)
         if found is None:
             places = _number_places(
-                solution_order(self._parts, equalities, equality_tree), slot, limit_slot, equality_slot
+                solution_order(bodies, equalities, equality_tree), slot, limit_slot, equality_slot
             )
             orders[made_from] = places, slot.copy(), limit_slot.copy(), equality_slot.copy()
             while len(orders) > _ORDERS:
