@@ -183,7 +183,9 @@ def _without_unknown(found: ShapeBoxes, links: Sequence[Sequence[int]]) -> Shape
         place = slice(first, first + count)
         first += count
         is_known = len(rows) == count
-        boxes.append(found.boxes[place] if is_known else np.array([ENDLESS_BOX] * len(rows)).reshape(-1, 4, 3))
+        boxes.append(
+            found.boxes[place] if is_known else np.array([ENDLESS_BOX] * len(rows)).reshape(-1, 4, 3)
+        )
         edges.append(found.edges[place] if is_known else np.zeros(len(rows)))
         hulls += found.hulls[place] if is_known else [_NO_HULL] * len(rows)
     return ShapeBoxes(np.concatenate(boxes), np.concatenate(edges), tuple(hulls), tuple(map(len, links)))

@@ -129,12 +129,7 @@ class SequentialMotors:
         One without joints has no place in the order of solution.
         """
         parts, known, model = self._parts, self._known_parts, self._world.live_model
-        if (
-            parts is None
-            or body.joints
-            or known[0] is not model
-            or known[1] != model.jnt_limited.tobytes()
-        ):
+        if parts is None or body.joints or known[0] is not model or known[1] != model.jnt_limited.tobytes():
             self.note_bodies()
         elif is_there:
             parts[body.id] = parts_of(body, model)
@@ -345,6 +340,7 @@ class SequentialMotors:
     ) -> None:
         """Write the order of solution."""
         self._is_ordered = True
+        self._manifolds.points.notes[r.SORTED] = 0  # its groups are joined by equalities, too
         slot, limit_slot, equality_slot = mechanism.slot, mechanism.limit_slot, mechanism.equality_slot
         equalities = self._constraints.equalities
         if self._parts is None:
