@@ -47,6 +47,8 @@ class Body:
         self.scale = scale
         self.form = form
         """Its elements in the spec, or the plan of what these will be."""
+        self._plan: PlannedBody | None = None
+        """What its elements were built from, if they were planned."""
         self.links: tuple[Link, ...] = tuple(
             Link(self, i, record.name) for i, record in enumerate(form.links)
         )
@@ -379,6 +381,7 @@ class Body:
         """Add the elements of this body, which was only planned, to the spec; the world calls this."""
         plan = self.form
         assert isinstance(plan, PlannedBody)
+        self._plan = plan
         self.form = build(
             spec, assets, plan.description, plan.prefix, plan.position, plan.quaternion, plan.options
         )
@@ -386,6 +389,23 @@ class Body:
             self.links[link].set_friction(sliding=sliding, spinning=spinning, rolling=rolling)
         for joint, armature in plan.armatures.items():
             self.joints[joint].armature = armature
+
+    def plan_now(self) -> PlannedBody | None:
+        """Return the plan of which elements like the present ones can be built; None where there is none."""
+        if type(self.form) is PlannedBody:
+            return self.form
+        if self._plan is None:
+            return None
+        root = self.built.links[0].element
+        return self._plan.at(np.array(root.pos), from_wxyz(root.quat))
+
+    def plan_again(self, plan: PlannedBody) -> None:
+        """Let the elements be built again, of a plan."""
+        self.form = plan
+
+    def take_over(self, plan: PlannedBody, built: Built) -> None:
+        """Let the elements be those of another body that was built of such a plan."""
+        self._plan, self.form = plan, built
 
     @property
     def geom_rows(self) -> list[list[int]]:

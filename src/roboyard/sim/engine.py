@@ -12,7 +12,6 @@ from roboyard.errors import ModelError, RoboyardError
 from roboyard.sim.build.geoms import add_triangles_for_rays
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets, forget_meshes
-from roboyard.sim.build.planned import PlannedBody
 from roboyard.sim.build.records import BuiltLink
 from roboyard.sim.build.solver_options import (
     HARD_SOLIMP,
@@ -27,7 +26,7 @@ from roboyard.sim.build.triangle_windows import HALF_THICKNESS
 from roboyard.sim.discarded_worlds import WORLDS
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
-from roboyard.sim.pool.kept_worlds import CompileKey, FormerWorld, KeptWorld, keep
+from roboyard.sim.pool.kept_worlds import Compile, CompileKey, FormerWorld, KeptWorld, keep
 from roboyard.sim.protocols import EngineBody, JointDrives, LinkSurfaces, LinkWrenches
 from roboyard.transforms import Array
 
@@ -61,12 +60,10 @@ class Engine(Generic[BodyT]):
         """Whether the world that replaces this one may take over its compiled model."""
         self.former: FormerWorld | None = None
         """The world that this one replaces, until the first compile, which may take it over."""
-        self._key: CompileKey | None = None
-        """The input of the first compile, while its model is in use."""
-        self._kept: KeptWorld | None = None
-        """The compiled world, for the next one, while its spec has not changed."""
+        self._compiles: list[Compile] | None = []
+        """All compiles so far, for the next world; None once one cannot be compared with those of others."""
         self._is_edited = False
-        """Whether the spec has changed since the first compile, or has more than planned bodies before it."""
+        """Whether the spec has changed since the last compile, or has more than planned bodies before it."""
         self.element_edits = 0
         """Number of edits of elements so far, but for those of friction."""
         self.pool = BodyPool(self)
@@ -202,6 +199,9 @@ class Engine(Generic[BodyT]):
     def _take_extra_elements(self, elements: Any) -> None:
         """Take over what `_extra_elements` returned of a world with an equal key."""
 
+    def _leave_extra_elements(self) -> None:
+        """Note that the spec is a new one without them."""
+
     def _delete_inactive_rows(self) -> None:
         """Delete inactive constraints and exclusions from the spec."""
 
@@ -326,8 +326,14 @@ class Engine(Generic[BodyT]):
             if any(record.hidden for body in self.body_by_id.values() for record in body.built.links):
                 self.mark_stale()
 
-    def mark_stale(self) -> None:
-        """Note an edit of the spec: compile before the next use."""
+    def mark_stale(self, *, grows: bool = False) -> None:
+        """Note an edit of the spec: compile before the next use.
+
+        Args:
+            grows: whether the spec itself stays as it is until then: bodies are planned, or filters changed.
+        """
+        if not grows:
+            self.note_edit()
         if not self.is_stale:
             if self.before_edit is not None:
                 self.before_edit()
@@ -420,11 +426,15 @@ class Engine(Generic[BodyT]):
         self._dofs = sum(form.dofs for form in forms)
         self._free_dofs = sum(form.free_dofs for form in forms)
         self._has_joints = any(form.has_joints for form in forms)
-        key = self._compile_key() if self.is_kept and self._model is None else None
-        former, self.former = self.former, None
-        if key is not None and former is not None and former.kept is not None and key.is_like(former.key):
-            self._take_over(former.kept, key)
+        key = self._compile_key() if self.is_kept else None
+        known = self._former_compile(key)
+        if key is not None and known is not None and known[1] is not None:
+            self._take_over(known[1], key)
             return
+        before = None
+        if key is not None and self._needs_spec(known):
+            before = self._model, self._data
+            self._begin_spec(key)
         self.build_planned()
         spec = self._spec
         self._apply_options(spec.option)
@@ -434,11 +444,11 @@ class Engine(Generic[BodyT]):
             for body in self.body_by_id.values():
                 for record in body.built.links:
                     add_triangles_for_rays(record, spec, self.assets)
-        shapes += self.pool.prepare(spec)
+        shapes += self.pool.prepare(spec) if known is None else self.pool.forgo()
         forget_meshes()
         spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, self._memory_least, MEMORY_MOST))
         try:
-            if self._model is None:
+            if self._model is None or before is not None:
                 self._model = spec.compile()
                 self._data = mujoco.MjData(self._model)
             else:
@@ -453,44 +463,93 @@ class Engine(Generic[BodyT]):
         self.pool.locate()
         for body in self.body_by_id.values():
             body.refresh(self._model)
-        self._key, self._kept, self._is_edited = key, None, False
-        if key is not None and former is not None and key.is_like(former.key):  # for the second time
+        self._is_edited, kept = False, None
+        if key is not None and known is not None:  # for the second time
             built = [body.built for body in self.body_by_id.values()]
             extras = self._extra_elements()
-            self._kept = keep(key, spec, self.assets, built, extras, self._model, self._data, self.of_arrays)
+            kept = keep(key, spec, self.assets, built, extras, self._model, self._data, self.of_arrays)
+        self._note_compile(key, kept)
+        if before is not None:
+            self._go_on_from(*before)
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()
 
     def _compile_key(self) -> CompileKey | None:
-        """Return what the first compile is made from; None where the spec has more than planned bodies."""
-        plans = tuple(body.form for body in self._planned if isinstance(body.form, PlannedBody))
-        if len(plans) != len(self.body_by_id) or self._is_edited or self.pool.expects_bodies:
+        """Return what a compile is made from; None where the spec has more than planned bodies."""
+        pool = self.pool
+        if self._is_edited or self._compiles is None or pool.expects_bodies or pool.is_used:
+            return None
+        found = [body.plan_now() for body in self.body_by_id.values()]
+        plans = tuple(plan for plan in found if plan is not None)
+        if len(plans) != len(found) or not plans:
             return None
         extra = self._extra_key()
-        if extra is None or not plans:
+        if extra is None:
             return None
         settings = self._solver, self.profile, self._memory_least, extra
         return CompileKey(bodies=plans, settings=settings)
 
+    def _former_compile(self, key: CompileKey | None) -> Compile | None:
+        """Return the compile of the world before that this one repeats, if all were alike so far."""
+        found = None
+        if key is not None and self.former is not None and self._compiles is not None:
+            found = self.former.compile_like(key, len(self._compiles))
+        if found is None:
+            self.former = None
+        return found
+
+    def _needs_spec(self, known: Compile | None) -> bool:
+        """Return whether a later compile needs a spec of its own: to be kept, or since the one before is."""
+        return bool(self._compiles) and (known is not None or self._compiles[-1][1] is not None)
+
+    def _begin_spec(self, key: CompileKey) -> None:
+        """Begin a spec for all bodies; the one before stays as it was compiled."""
+        self._made_spec, self._planned = None, list(self.body_by_id.values())
+        for body, plan in zip(self._planned, key.bodies, strict=True):
+            body.plan_again(plan)
+        self._leave_extra_elements()
+
+    def _note_compile(self, key: CompileKey | None, kept: KeptWorld | None) -> None:
+        if key is None:
+            self._compiles = None
+        elif self._compiles is not None:
+            self._compiles.append((key, kept))
+
+    def _go_on_from(self, model: Any, data: Any) -> None:
+        """Give the bodies of a smaller world, which are the first of this one, the state that they had there.
+
+        MuJoCo does so where it compiles a spec again.
+        """
+        now, dofs = self._data, model.nv
+        now.time = data.time
+        now.qpos[: model.nq], now.qvel[:dofs] = data.qpos, data.qvel
+        now.qacc_warmstart[:dofs], now.qfrc_applied[:dofs] = data.qacc_warmstart, data.qfrc_applied
+        now.xfrc_applied[: model.nbody] = data.xfrc_applied
+
     def _take_over(self, kept: KeptWorld, key: CompileKey) -> None:
         """Go on with the spec, model and data of the world before, as a compile would leave them."""
+        before = self._model, self._data
         self._planned = []
         self._made_spec, self._model, self._data = (kept.spec, kept.assets), kept.model, kept.data
         self.of_arrays = kept.of_arrays
         kept.renew(key.bodies)
-        for body, built in zip(self.body_by_id.values(), kept.built, strict=True):
-            body.form = built
+        for body, plan, built in zip(self.body_by_id.values(), key.bodies, kept.built, strict=True):
+            body.take_over(plan, built)
         self._take_extra_elements(kept.extras)
         self._apply_options(self._model.opt)
-        self.pool.prepare(self._spec)
+        self.pool.forgo()
+        if before[0] is not None:
+            self._go_on_from(*before)
         self.is_stale = self._inertia_changed = False
+        self._reference = self._geom_owners = None
         self._next_revision()
         self.hard_contacts = self.profile.hard_contacts and not self._is_pile
         self.pool.locate()
         for body in self.body_by_id.values():
             body.refresh(self._model)
-        self._key, self._kept, self._is_edited = kept.key, kept, False
+        self._note_compile(kept.key, kept)
+        self._is_edited = False
         self._after_compile()
         self.mark_moved()
 
@@ -498,9 +557,11 @@ class Engine(Generic[BodyT]):
         """Return what the world that replaces this one may take over, before this one is released."""
         if self._model is None:
             return self.former
-        if self.is_stale or self._is_edited or self._key is None or self.pool.is_used:
+        compiles = self._compiles
+        if self.is_stale or self._is_edited or not compiles or self.pool.is_used:
             return None
-        return FormerWorld(key=self._key, kept=self._kept)
+        later = () if self.former is None else self.former.compiles[len(compiles) :]
+        return FormerWorld(compiles=(*compiles, *later))
 
     def release(self) -> None:
         """Free the world at once; neither it nor its bodies can be used any more.
@@ -785,7 +846,7 @@ class Engine(Generic[BodyT]):
     @solver.setter
     def solver(self, value: Solver) -> None:
         self._solver = value
-        self.mark_stale()
+        self.mark_stale(grows=True)
 
     @property
     def time(self) -> float:

@@ -29,6 +29,18 @@ class EngineBody(Protocol):
         """Add the elements of a planned body to the spec."""
         ...
 
+    def plan_now(self) -> PlannedBody | None:
+        """Return the plan of which elements like the present ones can be built; None where there is none."""
+        ...
+
+    def plan_again(self, plan: PlannedBody) -> None:
+        """Let the elements be built again, of a plan."""
+        ...
+
+    def take_over(self, plan: PlannedBody, built: Built) -> None:
+        """Let the elements be those of another body that was built of such a plan."""
+        ...
+
     def refresh(self, model: Any) -> None:
         """Look up the body's rows in the arrays of a compiled model."""
         ...
@@ -46,6 +58,8 @@ class PoolEngine(Protocol):
     def assets(self) -> MeshAssets:
         """The meshes of the spec."""
         ...
+
+    is_kept: bool
 
     @property
     def element_edits(self) -> int:

@@ -156,6 +156,9 @@ class Simulation(Engine[Body]):
     def _take_extra_elements(self, elements: Any) -> None:
         self.filters.take(elements)
 
+    def _leave_extra_elements(self) -> None:
+        self.filters.leave()
+
     def _delete_inactive_rows(self) -> None:
         self.constraints.delete_inactive()
         self.filters.complete_spec()
@@ -246,7 +249,7 @@ class Simulation(Engine[Body]):
             form = build(self.raw_spec, self.assets, description, prefix, xyz, quaternion, options)
             note_sound(description, options)
         if taken is None:
-            self.mark_stale()  # while all bodies of this world have rows
+            self.mark_stale(grows=True)  # while all bodies of this world have rows
             self.stepping.note_bodies()
         body = self._register(unique, form, description, fixed_base=fixed_base, scale=scale)
         if taken is None:
@@ -340,7 +343,7 @@ class Simulation(Engine[Body]):
         self.pool.forget(body)
         if self.drop_planned(body):
             self.stepping.note_bodies()
-            self.mark_stale()
+            self.mark_stale(grows=True)
         elif can_stay and not self.is_stale:
             self.pool.release(body)
             self.disown(body)

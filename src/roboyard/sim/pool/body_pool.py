@@ -50,6 +50,9 @@ So compiles become rarer as they become more expensive, while steps do not becom
 are removed before others are added, the fewest are enough."""
 STREAK = 3
 """Compiles in a row that only new bodies made necessary, the one with pooled bodies included."""
+MORE_AT_START = 2
+"""Such compiles that are needed besides before the first step, where programs that reset read what they load:
+the next world takes those compiles over (`kept_worlds`)."""
 IDLE_STEPS, IDLE_STEPS_ARTICULATED = 200, 20
 """Steps without additions and removals after which inactive bodies are deleted."""
 LARGEST_PAUSE = 4
@@ -184,10 +187,14 @@ class BodyPool:
         self._delete_inactive()
         self._streak = self._streak + 1 if fresh and not mixed else 0
         is_first = self.expects_bodies and fresh > 0
+        wanted = self._threshold
+        if self._engine.is_kept and self._engine.time == 0.0:
+            wanted += MORE_AT_START
         if is_first or self._is_trimmed:
+            wanted = self._threshold
             self._streak, self.expects_bodies = self._threshold, False
         self._idle = 0
-        if self._streak < self._threshold or spec.sensors or _may_sleep(spec):
+        if self._streak < wanted or spec.sensors or _may_sleep(spec):
             return 0
         templates = self._pooled_templates()
         if not templates:
@@ -203,6 +210,12 @@ class BodyPool:
                 add_pooled_body(spec, self._engine.assets, template, _SLOT_NAME.format(number))
             )
         return sum(slot.template.counts["geom"] for slot in self._slots)
+
+    def forgo(self) -> int:
+        """Note a compile without pooled bodies, one that the world before had, too; return 0."""
+        self._added.clear()
+        self._mixed, self._streak, self._idle = False, 0, 0
+        return 0
 
     def _all_return(self, fresh: int) -> bool:
         """Return whether all recent additions but the last few were removed again, the newest first.

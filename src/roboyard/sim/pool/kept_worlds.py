@@ -6,6 +6,9 @@ such a reset. What a world's first compile was made from, its key, is therefore 
 world before. The second time that it is the same, the numbers of the compiled model are copied; from the
 third time on, spec, model and data are taken over, and the model gets those numbers back, so that nothing of
 what happened in between is left.
+
+A program that reads a state between two additions compiles a world that grows then. Its later compiles have
+keys, too. Each that came before is made of a spec of its own, which it can be taken over with.
 """
 
 from __future__ import annotations
@@ -94,13 +97,23 @@ class KeptWorld:
             mujoco.mj_resetData(model, data)
 
 
+Compile = tuple[CompileKey, KeptWorld | None]
+"""What a model was compiled from, and the compiled world; None where the key was the first of its kind."""
+
+
 @dataclass(kw_only=True, slots=True, eq=False)
 class FormerWorld:
     """The rest of a world that another one replaces."""
 
-    key: CompileKey
-    kept: KeptWorld | None
-    """None where its key was the first of its kind."""
+    compiles: tuple[Compile, ...]
+    """All of that world, in order."""
+
+    def compile_like(self, key: CompileKey, place: int) -> Compile | None:
+        """Return the compile at a place among all; None where it was made from another input."""
+        if place >= len(self.compiles):
+            return None
+        found = self.compiles[place]
+        return found if key.is_like(found[0]) else None
 
 
 def keep(

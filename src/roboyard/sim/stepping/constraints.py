@@ -313,7 +313,7 @@ class Constraints:
             self._edits = -1 if world.is_stale else world.edits
         self._new.append(constraint)
         self._register(constraint, max_force)
-        world.mark_stale()
+        world.mark_stale(grows=True)
         if self._edits >= 0:
             self._edits += 1
         return constraint
