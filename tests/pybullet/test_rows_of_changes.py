@@ -193,7 +193,7 @@ def test_rows_that_change_one_by_one_are_those_of_a_full_look_up(
             assert np.array_equal(values, theirs[name], equal_nan=True), (step, name)
 
 
-def _told(client: int) -> Any:
+def _reported(client: int) -> Any:
     of = {"physicsClientId": client}
     bodies = [p.getBodyUniqueId(k, **of) for k in range(p.getNumBodies(**of))]
     return (
@@ -212,14 +212,14 @@ def test_contacts_and_efforts_of_the_last_step_outlast_changes(
         of, scene = {"physicsClientId": client}, CLIENTS[client].scene
         if keeps_always:
             scene.last_step.keep()
-        before = _told(client)
+        before = _reported(client)
         box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05] * 3, **of)
         made = p.createMultiBody(1.0, box, -1, [5, 5, 5], **of)
-        present = _told(client)
+        present = _reported(client)
         if keeps_always:
             scene.last_step.keep()
         p.removeBody(made, **of)
-        return before, present, _told(client)
+        return before, present, _reported(client)
 
     keeps_always = False
     ours = _run(seed, look)

@@ -48,7 +48,7 @@ class Body:
         self.form = form
         """Its elements in the spec, or the plan of what these will be."""
         self._plan: PlannedBody | None = None
-        """What its elements were built from, if they were planned."""
+        """The plan that its elements were built from, if there was one."""
         self.links: tuple[Link, ...] = tuple(
             Link(self, i, record.name) for i, record in enumerate(form.links)
         )

@@ -98,7 +98,7 @@ class KeptWorld:
 
 
 Compile = tuple[CompileKey, KeptWorld | None]
-"""What a model was compiled from, and the compiled world; None where the key was the first of its kind."""
+"""The input of a compile, and its world; None where the key was the first of its kind."""
 
 
 @dataclass(kw_only=True, slots=True, eq=False)

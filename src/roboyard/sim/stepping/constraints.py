@@ -238,6 +238,8 @@ class Constraints:
                 raise RoboyardError(f"joint {joint.name!r} is {joint.type}; gears couple hinges and slides")
         _check_finite("the ratio", ratio)
         _check_force(max_force)
+        if self.before_entering is not None:
+            self.before_entering()
         joints, found = (joint_a, joint_b), self._inactive["gear"]
         constraint = Constraint(id=self._next, kind="gear", link_a=joint_a.child, link_b=joint_b.child)
         if against is None and found and not self._world.is_stale:

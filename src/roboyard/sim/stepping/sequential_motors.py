@@ -88,7 +88,7 @@ class SequentialMotors:
         self._known: tuple[Any, ...] = ()
         """Revision, time step, profile and motors that were looked up."""
         self._written: tuple[Any, ...] = ()
-        """What the solver's rules were written from."""
+        """The numbers that the solver's rules were written from."""
 
     def set_rounds(self, rounds: int, residual: float) -> None:
         """Set when the solver ends.
