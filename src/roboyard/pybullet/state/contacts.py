@@ -232,8 +232,8 @@ class LastStep:
             return True
         if world.is_stale or not world.live_data.ncon or self._contacts is not None or self._seen is not None:
             return False
-        geoms = {geom for pair in world.live_data.contact.geom.tolist() for geom in pair}
-        return any(not geoms.isdisjoint(link) for link in record.body.geom_rows)
+        geoms = world.live_data.contact.geom
+        return any(geom in geoms for link in record.body.geom_rows for geom in link)
 
     def _present(self) -> list[Contact]:
         return list(touching(self._scene))

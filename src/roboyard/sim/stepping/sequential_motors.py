@@ -39,6 +39,8 @@ LIMIT, MOTOR, EQUALITY = range(3)
 _ORDERS = 4
 """Orders of solution that are kept, for programs that create and remove the same in turns."""
 _MADE, _LAST, _SLOTS = "arrays of rows in turn", "last bundle of rows in turn", "orders of rows in turn"
+_PARTS = "limits and motors of bodies"
+_WORK = "work arrays of rows in turn"
 """Names in `Engine.of_arrays`."""
 _LINE = 64
 """Bytes of a line of the processor's cache."""
@@ -81,8 +83,6 @@ class SequentialMotors:
         """The last few records of the solver, by the number of places of rows."""
         self._parts: dict[int, BodyParts] | None = None
         """Limits and motors of each body by its id; None where bodies came or went."""
-        self._known_parts: tuple[Any, bytes, dict[int, BodyParts]] = None, b"", {}
-        """An MjModel, which of its joints have limits, and by id the parts of bodies in it."""
         self._is_ordered = False
         """Whether the order of solution has all constraints."""
         self._known: tuple[Any, ...] = ()
@@ -128,8 +128,9 @@ class SequentialMotors:
 
         One without joints has no place in the order of solution.
         """
-        parts, known, model = self._parts, self._known_parts, self._world.live_model
-        if parts is None or body.joints or known[0] is not model or known[1] != model.jnt_limited.tobytes():
+        parts, model = self._parts, self._world.live_model
+        known = self._world.of_arrays.get(_PARTS)
+        if parts is None or body.joints or known is None or known[0] != model.jnt_limited.tobytes():
             self.note_bodies()
         elif is_there:
             parts[body.id] = parts_of(body, model)
@@ -273,6 +274,7 @@ class SequentialMotors:
                 name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules", "places")
             }
             self._solver = _solver(2 * rows, *lengths, entries=self._width)._replace(**keeps)
+            self._keep_work_arrays()
             self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
         self._surface = self._surface._replace(base=self._surfaces.normal_references(len(self._solver.order)))
         self._bundle = None
@@ -286,9 +288,8 @@ class SequentialMotors:
             if made is None:
                 made = world.of_arrays[_MADE] = _mechanism(model), _state(data), fields_of(model, data)
             self._mechanism, self._state, self._fields = made
-            rows = max(len(self._solver.order), 16)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
-            self._solver = _solver(rows, model.nv, model.nbody, model.ntree, self._width)
+            self._take_work_arrays(model)
             self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
             self._unbounded = np.full(model.nv, np.inf)
             self._bundle, self._is_ordered, self._written = None, False, ()
@@ -320,6 +321,24 @@ class SequentialMotors:
             model.opt.disableflags &= ~PLACED
         self._known = world.revision, timestep, profile, motors
 
+    def _take_work_arrays(self, model: Any) -> None:
+        """Take the solver's arrays of the world whose model this one took over, or make them."""
+        known, made = self._world.of_arrays.get(_WORK), None
+        if known is not None:
+            made, self.contact_rows = known
+            self.contact_rows.invalidate()
+        if made is None or len(made.order) < len(self._solver.order):
+            rows = max(len(self._solver.order), 16)
+            made = _solver(rows, model.nv, model.nbody, model.ntree, self._width)
+        else:
+            made.ends[:] = -1
+            made = made._replace(rules=np.zeros(r.RULES), places=np.zeros(0, np.int32))
+        self._solver = made
+        self._keep_work_arrays()
+
+    def _keep_work_arrays(self) -> None:
+        self._world.of_arrays[_WORK] = self._solver, self.contact_rows
+
     def _write_rules(self, rules: np.ndarray, timestep: float) -> None:
         world, profile = self._world, self._world.profile
         rules[r.TIMESTEP], rules[r.ERP], rules[r.CONTACT_ERP] = timestep, profile.erp, profile.contact_erp
@@ -344,13 +363,7 @@ class SequentialMotors:
         slot, limit_slot, equality_slot = mechanism.slot, mechanism.limit_slot, mechanism.equality_slot
         equalities = self._constraints.equalities
         if self._parts is None:
-            model = self._world.live_model
-            state = model, model.jnt_limited.tobytes()
-            if self._known_parts[0] is not model or self._known_parts[1] != state[1]:
-                self._known_parts = (*state, {})
-            known, there = self._known_parts[2], self._world.body_by_id
-            now = {key: known.get(key) or parts_of(body, model) for key, body in there.items()}
-            self._known_parts, self._parts = (*state, now), now
+            self._parts = self._look_up_parts()
         bodies = list(self._parts.values())
         parts = tuple((one.trees, one.limits, one.motors) for one in bodies)
         made_from = parts, tuple(equalities), equality_tree.tobytes()
@@ -372,6 +385,21 @@ class SequentialMotors:
         mechanism.equality_aux[:], mechanism.equality_site[:] = equality_aux, equality_site
         if places != len(self._solver.places):
             self._solver, self._bundle = self._solver_for(places), None
+
+    def _look_up_parts(self) -> dict[int, BodyParts]:
+        """Return the limits and motors of each body by its id; they depend on its row."""
+        world, model = self._world, self._world.live_model
+        limits, known = model.jnt_limited.tobytes(), world.of_arrays.get(_PARTS)
+        if known is None or known[0] != limits:
+            known = world.of_arrays[_PARTS] = limits, {}
+        of_row, found = known[1], dict[int, BodyParts]()
+        for key, body in world.body_by_id.items():
+            place = body.mujoco_ids.item(0), len(body.links)
+            parts = of_row.get(place)
+            if parts is None:
+                parts = of_row[place] = parts_of(body, model)
+            found[key] = parts
+        return found
 
     def _solver_for(self, places: int) -> r.Solver:
         """Return the solver with so many places of rows; the one before, where it is the same otherwise."""
