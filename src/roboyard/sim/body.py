@@ -426,6 +426,8 @@ class Body:
         if self.built.free_joint is not None:
             joint = self.built.free_joint.id
             self.free_qpos, self.free_dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+        if not self.joints:
+            return
         moving = self.dof_addresses[self.dof_addresses >= 0]
         self.first_dof = int(moving.min()) if len(moving) else -1
         self._positions = _as_slice(self.qpos_addresses[self._scalar])

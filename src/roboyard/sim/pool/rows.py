@@ -290,9 +290,10 @@ def is_apart(body: EngineBody, model: Any) -> bool:
     links = built.links
     if any(record.terrains or record.windows or record.actuator is not None for record in links):
         return False
-    for element in (record.element for record in links):
-        if element.sites or element.cameras or element.lights:
-            return False
+    if model.nsite or model.ncam or model.nlight:
+        for element in (record.element for record in links):
+            if element.sites or element.cameras or element.lights:
+                return False
     if len(links) == 1 and links[0].element.bodies:
         return False
     of_bodies = model.eq_objtype == _OF_BODIES if model.neq else _NONE

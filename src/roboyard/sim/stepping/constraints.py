@@ -657,16 +657,16 @@ class Constraints:
                 pull = (-CORRECTION * most**2 / timestep**2, -most / timestep)
                 model.eq_solref[constraint.element.id] = pull
 
-    def trees(self, model: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what the solver of rows in turn needs to know of all equalities.
+    def write_trees(self, model: Any, trees: np.ndarray, aux: np.ndarray, places: np.ndarray) -> None:
+        """Write what the solver of rows in turn needs to know of all equalities.
 
-        Returns:
-            (neq, 2) kinematic trees, -1 for none, -2 for equalities that are not of these constraints;
-            (neq,) degree of freedom of a gear's third joint, -1 for none; (neq, 2) sites of the frames, -1
-            for none.
+        Args:
+            model: MjModel.
+            trees: (neq, 2) kinematic trees, -1 for none, -2 for equalities that are not of these constraints.
+            aux: (neq,) degree of freedom of a gear's third joint, -1 for none.
+            places: (neq, 2) sites of the frames, -1 for none.
         """
-        trees = np.full((model.neq, 2), -2, np.int32)
-        aux, places = np.full(model.neq, -1, np.int32), np.full((model.neq, 2), -1, np.int32)
+        trees[:], aux[:], places[:] = -2, -1, -1
         owner_of, tree_of = model.site_bodyid.item, model.body_treeid.item
         for constraint in self._by_id.values():
             equality = constraint.element.id
@@ -683,24 +683,22 @@ class Constraints:
                 found = tree_of(owner_of(sites[0])), tree_of(owner_of(sites[1]))
                 places[equality] = sites
             trees[equality] = found
-        return trees, aux, places
 
     @property
     def equalities(self) -> list[int]:
         """Rows of all constraints among MuJoCo's equalities, in the order in which they were added."""
         return [constraint.element.id for constraint in self._by_id.values()]
 
-    def bounds_and_shares(self, model: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Return (neq, 2) bounds of rows, the last three of a weld's apart, and (neq,) shares.
+    def write_bounds(self, bounds: np.ndarray, shares: np.ndarray) -> None:
+        """Write (neq, 2) bounds of rows, the last three of a weld's apart, and (neq,) shares.
 
         The bounds are in the rows' units, of which a weld's last are half angles.
         """
-        bounds, shares = np.full((model.neq, 2), LARGEST_FORCE), np.ones(model.neq)
+        bounds[:], shares[:] = LARGEST_FORCE, 1.0
         for constraint in self._by_id.values():
             force, equality = min(constraint.max_force, LARGEST_FORCE), constraint.element.id
             bounds[equality] = force, 2.0 * force
             shares[equality] = constraint.share
-        return bounds, shares
 
     def free_axes(self, model: Any, data: Any) -> None:
         """Free slides along their axes, between the halves of a step."""

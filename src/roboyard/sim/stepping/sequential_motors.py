@@ -10,6 +10,7 @@ files.
 
 from __future__ import annotations
 
+import itertools
 from functools import cache
 from operator import is_
 from typing import Any
@@ -39,9 +40,11 @@ LIMIT, MOTOR, EQUALITY = range(3)
 _ORDERS = 4
 """Orders of solution that are kept, for programs that create and remove the same in turns."""
 _MADE, _LAST, _SLOTS = "arrays of rows in turn", "last bundle of rows in turn", "orders of rows in turn"
+_SETS = "numbers of sets of limits and motors"
 _PARTS = "limits and motors of bodies"
 _WORK = "work arrays of rows in turn"
 """Names in `Engine.of_arrays`."""
+_NUMBERS = itertools.count()
 _LINE = 64
 """Bytes of a line of the processor's cache."""
 
@@ -83,6 +86,8 @@ class SequentialMotors:
         """The last few records of the solver, by the number of places of rows."""
         self._parts: dict[int, BodyParts] | None = None
         """Limits and motors of each body by its id; None where bodies came or went."""
+        self._number = -1
+        """Number of the parts; -1 where they changed."""
         self._is_ordered = False
         """Whether the order of solution has all constraints."""
         self._known: tuple[Any, ...] = ()
@@ -136,6 +141,7 @@ class SequentialMotors:
             parts[body.id] = parts_of(body, model)
         else:
             del parts[body.id]
+        self._number = -1
 
     def note_constraints(self) -> None:
         """Note that a constraint came or went without a compile."""
@@ -281,9 +287,7 @@ class SequentialMotors:
 
     def _look_up(self, model: Any, data: Any, timestep: float) -> None:
         world, motors = self._world, self._motors.arrays
-        trees = None
         if self._mechanism is None:
-            trees = self._constraints.trees(model)
             made = world.of_arrays.get(_MADE)
             if made is None:
                 made = world.of_arrays[_MADE] = _mechanism(model), _state(data), fields_of(model, data)
@@ -296,18 +300,17 @@ class SequentialMotors:
         mechanism = self._mechanism
         assert mechanism is not None
         if not self._is_ordered:
-            self._order(mechanism, *(trees or self._constraints.trees(model)))
+            self._order(mechanism, model)
         if len(mechanism.equality_share):
-            bound, share = self._constraints.bounds_and_shares(model)
-            mechanism.equality_bound[:], mechanism.equality_share[:] = bound, share
+            self._constraints.write_bounds(mechanism.equality_bound, mechanism.equality_share)
         profile, surfaces, solver = world.profile, self._surfaces, self._solver
         surface = surfaces.record(model, data, len(solver.order))
         if not _same(surface, self._surface):
             self._surface, self._bundle = surface, None
         largest = self._unbounded if self._largest is None else self._largest
-        replaced = solver._replace(motors=motors[0], targets=motors[1], largest=largest)
-        if not _same(replaced, solver):
-            self._solver, self._bundle = replaced, None
+        if not _same((motors[0], motors[1], largest), (solver.motors, solver.targets, solver.largest)):
+            self._solver = solver._replace(motors=motors[0], targets=motors[1], largest=largest)
+            self._bundle = None
         written = (
             *(timestep, profile, self._residual, self._rounds, surfaces.are_compliant, world.hard_contacts),
             *(self._manifolds.keeps, self._largest is not None),
@@ -350,41 +353,47 @@ class SequentialMotors:
         rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
         rules[r.IS_BOUNDED], rules[r.SLOP] = self._largest is not None, profile.contact_slop
 
-    def _order(
-        self,
-        mechanism: r.Mechanism,
-        equality_tree: np.ndarray,
-        equality_aux: np.ndarray,
-        equality_site: np.ndarray,
-    ) -> None:
+    def _order(self, mechanism: r.Mechanism, model: Any) -> None:
         """Write the order of solution."""
         self._is_ordered = True
         self._manifolds.points.notes[r.SORTED] = 0  # its groups are joined by equalities, too
         slot, limit_slot, equality_slot = mechanism.slot, mechanism.limit_slot, mechanism.equality_slot
-        equalities = self._constraints.equalities
+        equalities, tree = self._constraints.equalities, mechanism.equality_tree
+        if len(tree):
+            self._constraints.write_trees(model, tree, mechanism.equality_aux, mechanism.equality_site)
         if self._parts is None:
-            self._parts = self._look_up_parts()
-        bodies = list(self._parts.values())
-        parts = tuple((one.trees, one.limits, one.motors) for one in bodies)
-        made_from = parts, tuple(equalities), equality_tree.tobytes()
+            self._parts, self._number = self._look_up_parts(), -1
+        made_from = self._number_of_parts(self._parts), *equalities, tree.tobytes()
         orders = self._world.of_arrays.setdefault(_SLOTS, {})
         found = orders.get(made_from)
         if found is None:
-            places = _number_places(
-                solution_order(bodies, equalities, equality_tree), slot, limit_slot, equality_slot
-            )
+            bodies = list(self._parts.values())
+            places = _number_places(solution_order(bodies, equalities, tree), slot, limit_slot, equality_slot)
             orders[made_from] = places, slot.copy(), limit_slot.copy(), equality_slot.copy()
             while len(orders) > _ORDERS:
                 del orders[next(iter(orders))]
         else:
             places = found[0]
             slot[:], limit_slot[:], equality_slot[:] = found[1:]
-        mechanism.equality_order[:] = -1
-        mechanism.equality_order[: len(equalities)] = equalities
-        mechanism.equality_tree[:] = np.where(equality_slot[:, None] >= 0, equality_tree, -2)
-        mechanism.equality_aux[:], mechanism.equality_site[:] = equality_aux, equality_site
+        if len(tree):
+            mechanism.equality_order[:] = -1
+            mechanism.equality_order[: len(equalities)] = equalities
+            tree[equality_slot < 0] = -2
         if places != len(self._solver.places):
             self._solver, self._bundle = self._solver_for(places), None
+
+    def _number_of_parts(self, parts: dict[int, BodyParts]) -> int:
+        """Return the same number for the same parts of all bodies, which takes less time to compare."""
+        if self._number < 0:
+            known: dict[Any, int] = self._world.of_arrays.setdefault(_SETS, {})
+            key = tuple((one.trees, one.limits, one.motors) for one in parts.values())
+            number = known.get(key)
+            if number is None:
+                number = known[key] = next(_NUMBERS)
+                while len(known) > _ORDERS:
+                    del known[next(iter(known))]
+            self._number = number
+        return self._number
 
     def _look_up_parts(self) -> dict[int, BodyParts]:
         """Return the limits and motors of each body by its id; they depend on its row."""
