@@ -81,7 +81,12 @@ class PlannedBody:
         return self.dofs > self.free_dofs
 
     def at(self, position: Array, quaternion: Array) -> PlannedBody:
-        """Return the same plan with the root link's frame at another place, or this one where it is there."""
+        """Return the same plan with the root link's frame elsewhere, or this one where it is there.
+
+        Args:
+            position: (3,) of the frame in the world frame (m).
+            quaternion: (4,) x, y, z, w.
+        """
         moved = replace(self, position=position.copy(), quaternion=quaternion.copy())
         return self if self.stands_as(moved) else moved
 
