@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import fields
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -31,6 +33,7 @@ from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
 from roboyard.transforms import Array, normalized
 
+_OPTIONS = tuple(field.name for field in fields(BuildOptions))
 _UNSTABLE_AT = lazy_pattern(r"at (DOF|\w+) (\d+).*Time = ([-+.\deE]+\d)")
 """Of MuJoCo's warning: the degree of freedom and the time."""
 
@@ -82,6 +85,8 @@ class Simulation(Engine[Body]):
         """The revision that has been stepped."""
         self._next_id = 0
         self._names: set[str] = set()
+        self._options: dict[tuple[Any, ...], BuildOptions] = {}
+        """How bodies were built so far."""
         self._copies: dict[str, int] = {}
         """By requested name: the largest number up to which all numbered names are taken."""
         self.render_shapes = RenderShapes(self)
@@ -225,23 +230,19 @@ class Simulation(Engine[Body]):
             RoboyardError: the position is not finite.
         """
         place = np.asarray(position, dtype=float)
-        if not np.isfinite(place).all():
+        if not all(map(isfinite, place.ravel().tolist())):
             raise RoboyardError(f"position must be finite, got {place.tolist()}")
         unique = self._unique_name(name or description.name or "body")
         contype, conaffinity = self.filters.masks(description, self_collision)
-        options = BuildOptions(
-            fixed_base=fixed_base,
-            scale=scale,
-            visual_geoms=self.visual_geoms,
-            drives=drives and self.profile.pid_drives,
-            joint_damping=joint_damping,
-            joint_friction=joint_friction and self.profile.joint_friction,
-            keep_link_order=keep_link_order,
-            hard=self.profile.hard_contacts,
-            hull_steps=self.profile.hull_steps,
-            contype=contype,
-            conaffinity=conaffinity,
+        profile = self.profile
+        given = (
+            *(fixed_base, keep_link_order, scale, self.visual_geoms, drives and profile.pid_drives),
+            *(joint_friction and profile.joint_friction, joint_damping, profile.hard_contacts),
+            *(profile.hull_steps, contype, conaffinity),
         )
+        options = self._options.get(given)
+        if options is None:
+            options = self._options[given] = BuildOptions(**dict(zip(_OPTIONS, given, strict=True)))
         prefix, xyz, quaternion = f"{unique}/", place, normalized(orientation)
         taken = self.pool.acquire(description, prefix, xyz, quaternion, options)
         form = taken or plan(description, prefix, xyz, quaternion, options)

@@ -232,7 +232,7 @@ class LastStep:
             return True
         if world.is_stale or not world.live_data.ncon or self._contacts is not None or self._seen is not None:
             return False
-        geoms = world.live_data.contact.geom
+        geoms = world.live_data.contact.geom.ravel().tolist()
         return any(geom in geoms for link in record.body.geom_rows for geom in link)
 
     def _present(self) -> list[Contact]:

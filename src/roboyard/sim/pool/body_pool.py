@@ -25,9 +25,8 @@ from __future__ import annotations
 import sys
 from collections import Counter, deque
 from itertools import cycle, islice
+from math import isfinite
 from typing import Any
-
-import numpy as np
 
 from roboyard._mujoco import mujoco
 from roboyard.description.model import RobotDescription
@@ -322,7 +321,7 @@ class BodyPool:
         """
         if self._engine.is_stale or not self.free or not is_poolable(description, options):
             return None
-        if position.shape != (3,) or not np.isfinite(position).all():
+        if position.shape != (3,) or not all(map(isfinite, position.tolist())):
             return None  # the compile raises the error
         template = self._templates.find(description, options)
         if template is None:
