@@ -15,7 +15,9 @@ from roboyard.pybullet.bullet_rules import shape_rows
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.sim import simulation
 from roboyard.sim.engine import Engine
+from roboyard.sim.pool.body_pool import BodyPool
 from roboyard.sim.pool.kept_worlds import KeptWorld
+from roboyard.sim.pool.rows import PoolRows
 from roboyard.sim.stepping import manifolds, sequential_motors
 
 PLANE = """<robot name="floor"><link name="floor"><contact><lateral_friction value="0.9"/></contact>
@@ -400,3 +402,65 @@ def test_sets_of_bodies_that_come_again_move_alike(files: Path, monkeypatch: pyt
     monkeypatch.setattr(shape_rows, "_SHAPE_SETS", 0)
     monkeypatch.setattr(sequential_motors, "_ORDERS", 0)
     assert create_and_remove(files) == kept
+
+
+def change_friction(bodies: Bodies, episode: int) -> None:
+    p.changeDynamics(bodies["arm"], 0, lateralFriction=0.1 * episode, rollingFriction=0.01 * (episode % 2))
+
+
+def load_again(files: Path, *, fixed: bool, edit: Edit | None = None) -> list[Any]:
+    """Remove an arm and load it again, several times, beside a box; return all that is read and the spec."""
+    p.connect(p.DIRECT)
+    p.setGravity(0, 0, -9.8)
+    found: list[Any] = []
+    plane = p.loadURDF(str(files / "plane.urdf"), useFixedBase=True)
+    box = p.loadURDF(str(files / "box.urdf"), [0.3, 0, 0.2])
+    for episode in range(8):
+        flags = p.URDF_USE_SELF_COLLISION if episode == 5 else 0
+        place = [0.02 * episode, 0, 0.3]
+        arm = p.loadURDF(str(files / "arm.urdf"), place, useFixedBase=fixed, flags=flags)
+        bodies = {"plane": plane, "box": box, "arm": arm, "free": arm}
+        p.setJointMotorControl2(arm, 0, p.POSITION_CONTROL, 0.1 * episode, force=20)
+        for step in range(STEPS):
+            p.stepSimulation()
+            if edit is not None and step == STEPS // 2:
+                found.append(edit(bodies, episode))
+        found.append(trace(bodies))
+        if episode == 6:
+            found.append(world().spec.to_xml())
+        p.removeBody(arm)
+        for _ in range(3 * (episode % 3)):
+            p.stepSimulation()
+        found.append(trace({"plane": plane, "box": box}))
+    found.append(world().spec.to_xml())
+    p.disconnect()
+    return found
+
+
+@pytest.mark.parametrize(
+    "edit", [None, change_friction, change_dynamics, reset_joints, move_bases, set_motors, push, limit]
+)
+@pytest.mark.parametrize("fixed", [False, True])
+def test_an_arm_that_is_loaded_again_is_that_of_a_compile(
+    files: Path, monkeypatch: pytest.MonkeyPatch, fixed: bool, edit: Edit | None
+) -> None:
+    load_again(files, fixed=fixed, edit=edit)  # meshes are known then
+    ours = load_again(files, fixed=fixed, edit=edit)
+    used: list[int] = []
+    former = PoolRows.former
+    with monkeypatch.context() as patch:
+        patch.setattr(PoolRows, "former", lambda self, *given: used.append(1) or former(self, *given))
+        load_again(files, fixed=fixed, edit=edit)
+        patch.setattr(BodyPool, "_former_template", lambda *_: None)
+        _are_close(ours, load_again(files, fixed=fixed, edit=edit))
+    assert used or edit not in (None, change_friction, set_motors, push)  # others change its elements
+
+
+def _are_close(one: Any, other: Any) -> None:
+    """Compare what was read; inactive bodies change the last digits of steps."""
+    if isinstance(one, tuple | list):
+        assert len(one) == len(other)
+        for mine, theirs in zip(one, other, strict=True):
+            _are_close(mine, theirs)
+    else:
+        assert one == other or one == pytest.approx(other, abs=1e-10)

@@ -49,6 +49,8 @@ class Body:
         """Its elements in the spec, or the plan of what these will be."""
         self._plan: PlannedBody | None = None
         """The plan that its elements were built from, if there was one."""
+        self._plan_edits = -1
+        """Edits of the spec's elements so far when they were built."""
         self.links: tuple[Link, ...] = tuple(
             Link(self, i, record.name) for i, record in enumerate(form.links)
         )
@@ -389,6 +391,13 @@ class Body:
             self.links[link].set_friction(sliding=sliding, spinning=spinning, rolling=rolling)
         for joint, armature in plan.armatures.items():
             self.joints[joint].armature = armature
+        self._plan_edits = self.world.element_edits
+
+    @property
+    def plan_of_elements(self) -> PlannedBody | None:
+        """The plan that its elements agree with but for friction; None where they may not."""
+        is_so = self._world is not None and self._plan_edits == self._world.element_edits
+        return self._plan if is_so else None
 
     def plan_now(self) -> PlannedBody | None:
         """Return the plan of which elements like the present ones can be built; None where there is none."""
@@ -405,7 +414,7 @@ class Body:
 
     def take_over(self, plan: PlannedBody, built: Built) -> None:
         """Let the elements be those of another body that was built of such a plan."""
-        self._plan, self.form = plan, built
+        self._plan, self.form, self._plan_edits = plan, built, self.world.element_edits
 
     @property
     def geom_rows(self) -> list[list[int]]:

@@ -33,6 +33,11 @@ class EngineBody(Protocol):
         """Return the plan of which elements like the present ones can be built; None where there is none."""
         ...
 
+    @property
+    def plan_of_elements(self) -> PlannedBody | None:
+        """The plan that its elements agree with but for friction; None where they may not."""
+        ...
+
     def plan_again(self, plan: PlannedBody) -> None:
         """Let the elements be built again, of a plan."""
         ...

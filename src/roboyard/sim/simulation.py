@@ -235,7 +235,7 @@ class Simulation(Engine[Body]):
         unique = self._unique_name(name or description.name or "body")
         contype, conaffinity = self.filters.masks(description, self_collision)
         profile = self.profile
-        given = (
+        given: tuple[Any, ...] = (
             *(fixed_base, keep_link_order, scale, self.visual_geoms, drives and profile.pid_drives),
             *(joint_friction and profile.joint_friction, joint_damping, profile.hard_contacts),
             *(profile.hull_steps, contype, conaffinity),

@@ -9,12 +9,13 @@ template) or are computed from its sizes (an analytic template). Pooled bodies b
 used, so that the bodies of a world are in the order of their ids. A body that fits no pooled body is
 compiled as without a pool.
 
-Pooled bodies with joints have one exact description, and exist only while few steps pass between additions:
-each step costs as much for them as for an active body.
+Pooled bodies with joints have one exact description, and are compiled only while few steps pass between
+additions: each step costs as much for them as for an active body.
 
 A body that is removed while the spec waits for its compile is deleted with others before that. Any other
-removed body becomes inactive, too, if it came from the pool or has one link. All inactive bodies are
-deleted with the next compile, after some steps without additions and removals, and when MuJoCo's own arrays
+removed body becomes inactive, too, if it came from the pool or has one link. One of several links does where
+it is the newest and nothing of its elements has changed but friction: the next like it takes its rows. All
+inactive bodies are deleted with the next compile, after some steps without additions and removals, and when MuJoCo's own arrays
 (`Engine.model`, `Engine.data`) or the spec are read.
 
 `benchmarks/pool.py` measures the gain.
@@ -64,6 +65,7 @@ are replaced by the fewest: each costs time in every step."""
 HISTORY_LENGTH = 12
 """Number of recent additions from which the layouts of pooled bodies are chosen: those seen twice."""
 _SLOT_NAME, _REMOVED_NAME, _DISCARDED_NAME = "pooled{}", "removed{}", "discarded{}"
+_FORMER_NAME = "former"
 
 Recent = tuple[RobotDescription, BuildOptions]
 
@@ -167,7 +169,7 @@ class BodyPool:
     def clear(self) -> None:
         """Delete all inactive bodies, before MuJoCo's arrays or the spec are read."""
         if self.inactive:
-            if self.free:
+            if self.free and not self._slots[0].is_former:
                 self._back_off()
             self._delete_inactive()
             self._engine.mark_stale()
@@ -179,7 +181,9 @@ class BodyPool:
         fresh, mixed = len(self._added), self._mixed
         self._added.clear()
         self._mixed = False
-        if 2 * self._next < len(self._slots):
+        if self._slots and self._slots[0].is_former:
+            pass  # it was not made for others
+        elif 2 * self._next < len(self._slots):
             self._back_off()
         elif self._slots:
             self._threshold = STREAK
@@ -326,11 +330,11 @@ class BodyPool:
         template = self._templates.find(description, options)
         if template is None:
             return None
-        layout, slots = template.layout, self._slots
+        layout, slots, edits = template.layout, self._slots, self._engine.element_edits
         fitting = (
             k
             for k in range(self._next, len(slots))
-            if slots[k].template.layout == layout and slots[k].is_free
+            if slots[k].template.layout == layout and slots[k].is_free(edits)
         )
         found = next(fitting, None)
         if found is None:
@@ -382,21 +386,42 @@ class BodyPool:
         built = body.built
         if engine.would_be_pile(more_dofs=0) and not engine.would_be_pile(more_dofs=-built.free_dofs):
             return False  # contacts turn hard again: their numbers are in the spec
-        return body.id in self._slot_of or (
-            len(built.links) == 1 and len(self._removed) <= max(FEWEST, len(engine.body_by_id))
-        )
+        if body.id in self._slot_of:
+            return True
+        if len(built.links) > 1:
+            return self._former_template(body) is not None
+        return len(self._removed) <= max(FEWEST, len(engine.body_by_id))
+
+    def _former_template(self, body: EngineBody) -> BodyTemplate | None:
+        """Return the template of a body of several links that the next one like it may follow in its rows.
+
+        It is the newest, so that bodies stay in the order of their ids, and no pooled bodies come after it.
+        """
+        plan, bodies = body.plan_of_elements, self._engine.body_by_id
+        if plan is None or plan.armatures or self._slots or next(reversed(bodies), body.id) > body.id:
+            return None
+        if not is_poolable(plan.description, plan.options):
+            return None
+        return self._templates.find(plan.description, plan.options)
 
     def release(self, body: EngineBody) -> None:
         """Make a removed body inactive, which `can_release`."""
         slot, built = self._slot_of.pop(body.id, None), body.built
         self._idle = 0
+        if slot is None and len(built.links) > 1:
+            template = self._former_template(body)
+            assert template is not None
+            slot = self._rows.former(built, template, _FORMER_NAME)
+            self._slots, self._next = [slot], 1
+            self.is_used = self._has_articulated = True
         if slot is None:
             self._rows.deactivate_body(built, _REMOVED_NAME.format(len(self._removed)))
             self._removed.append(built)
             self.is_used = True
             return
         self._rows.deactivate(slot)
-        while self._next and self._slots[self._next - 1].is_free:
+        edits = self._engine.element_edits
+        while self._next and self._slots[self._next - 1].is_free(edits):
             self._next -= 1
 
 

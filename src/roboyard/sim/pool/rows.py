@@ -48,6 +48,8 @@ class PooledBody:
     """Id of the body that uses it; -1 while it is inactive."""
     is_pristine: bool = True
     """Whether no body has used it yet."""
+    is_former: bool = False
+    """Whether it was compiled as a body."""
     starts: dict[str, int] = field(default_factory=dict)
     """First row in each kind of array."""
     edits: int = -1
@@ -55,10 +57,15 @@ class PooledBody:
     places: np.ndarray | None = None
     """Places of all its rows in the memory of MuJoCo's model, once they were looked up."""
 
-    @property
-    def is_free(self) -> bool:
-        """Whether a body can use it; one of several links can be used only once."""
-        return self.owner < 0 and (self.is_pristine or self.built is None)
+    def is_free(self, edits: int) -> bool:
+        """Return whether a body can use it.
+
+        One of several links can be used again as long as its elements are known.
+
+        Args:
+            edits: of the spec's elements so far.
+        """
+        return self.owner < 0 and (self.is_pristine or self.built is None or self.edits == edits)
 
     def rename(self, name: str) -> None:
         """Rename its elements to those of a body whose names have this prefix (ending in "/")."""
@@ -144,7 +151,7 @@ class PoolRows:
             is_known = slot.edits == self._engine.element_edits  # but for friction
             _write_elements(slot, template, only_numbers=related or is_known)
             if is_known:
-                _write_friction(slot, template)
+                self._write_friction(slot, template)
         slot.element.pos, slot.element.quat = position, wxyz
         blocks, kinds = template.blocks, template.kinds
         if related:
@@ -157,7 +164,7 @@ class PoolRows:
         for label in names:
             block, start = blocks[label], starts[kinds[label]]
             self._array(label)[start : start + len(block)] = block
-        if slot.built is not None and options.contype != template.options.contype:
+        if slot.built is not None and not (slot.is_pristine and options.contype == template.options.contype):
             self._set_masks(slot, options)
         slot.template, slot.is_pristine, slot.edits = template, False, self._engine.element_edits
         row, first, data = starts["body"], starts["qpos"], self._engine.live_data
@@ -174,6 +181,32 @@ class PoolRows:
         self._add_to_totals(starts, template.counts, 1)
         self._resting -= self._inactive.pop(row)[2]
         self._write_totals()
+
+    def _write_friction(self, slot: PooledBody, template: BodyTemplate) -> None:
+        """Write a template's coefficients of friction, and what depends on them, into the spec."""
+        geoms, blocks = slot.geoms, template.blocks
+        if slot.built is not None:
+            geoms = [geom for record in slot.built.links for geom in (*record.geoms, *record.visuals)]
+        for geom in geoms:
+            place = geom.id - slot.starts["geom"]
+            geom.friction, geom.condim = blocks["geom_friction"][place], blocks["geom_condim"][place]
+
+    def former(self, built: Built, template: BodyTemplate, name: str) -> PooledBody:
+        """Return a compiled body of several links, whose elements agree with a template, as a pooled one."""
+        root = built.links[0]
+        starts = row_starts(self._engine.live_model, root.element.id, template.counts["body"])
+        return PooledBody(
+            name=name,
+            template=template,
+            element=root.element,
+            free_joint=built.free_joint,
+            geoms=[*root.geoms, *root.visuals],
+            built=built,
+            is_pristine=False,
+            is_former=True,
+            edits=self._engine.element_edits,
+            starts=starts,
+        )
 
     def _write_whole(self, slot: PooledBody, template: BodyTemplate) -> bool:
         """Write all rows of a slot at once; return whether MuJoCo's arrays are in one block of memory."""
@@ -319,9 +352,3 @@ def _write_elements(slot: PooledBody, template: BodyTemplate, *, only_numbers: b
         for name, value in fields.items():
             if not (only_numbers and value is before[name]):
                 setattr(element, name, value)
-
-
-def _write_friction(slot: PooledBody, template: BodyTemplate) -> None:
-    """Write a template's coefficients of friction, and what depends on them, into the spec."""
-    for geom, fields in zip(slot.geoms, template.geoms, strict=True):
-        geom.friction, geom.condim = fields["friction"], fields["condim"]
