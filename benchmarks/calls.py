@@ -333,6 +333,18 @@ def loops(p: Any, robot: int, arm: int, cube: int) -> Calls:
         p.removeConstraint(made)
         p.stepSimulation()
 
+    def gear() -> None:
+        made = p.createConstraint(robot, 2, robot, 3, p.JOINT_GEAR, [0, 1, 0], zero, zero)
+        p.changeConstraint(made, gearRatio=-1, maxForce=100)
+        p.stepSimulation()
+        p.removeConstraint(made)
+        p.stepSimulation()
+
+    def apart() -> None:
+        for on in (0, 1):
+            p.setCollisionFilterPair(robot, arm, 1, 3, on)
+            p.stepSimulation()
+
     def cubes() -> None:
         p.resetSimulation()
         for k in range(5):
@@ -347,7 +359,9 @@ def loops(p: Any, robot: int, arm: int, cube: int) -> Calls:
     return {
         "createConstraint, step, removed, step": constraint,
         "createConstraint to an arm, step, removed, step": grasp,
+        "createConstraint of a gear, step, removed, step": gear,
         "createMultiBody, step, removed, step": body,
+        "setCollisionFilterPair, off and on, steps": apart,
         "resetSimulation, 5 cubes, step": cubes,
         "resetSimulation, cartpole, step": robots,
     }

@@ -11,7 +11,16 @@ from roboyard import pybullet as p
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.sim.stepping.impulses import contact_order
 from roboyard.sim.stepping.impulses.meeting_pairs import SPARE
-from roboyard.sim.stepping.impulses.records import CHECKED, GROUP, LISTED, RANK, RANKED, TAKEN_UP, WORK
+from roboyard.sim.stepping.impulses.records import (
+    CHECKED,
+    GROUP,
+    LISTED,
+    RANK,
+    RANKED,
+    SHAPES,
+    TAKEN_UP,
+    WORK,
+)  # fmt: skip
 from roboyard.sim.stepping.sequential_motors import quicksort
 
 
@@ -201,7 +210,8 @@ def test_contacts_are_in_the_order_of_a_plain_version(client: int, seed: int) ->
         model, data, points = world.live_model, world.live_data, stepping.manifolds.points
         in_turn = stepping.in_turn
         if order is None:
-            order = _Order(model, in_turn._surface.boxes, in_turn._surface.compound, points.turns.tolist())
+            turns, surface = points.turns[: points.notes[SHAPES]].tolist(), in_turn._surface
+            order = _Order(model, surface.boxes, surface.compound, turns)
         before = len(order.pairs)
         order.meet(data)
         ended += len(order.pairs) < before

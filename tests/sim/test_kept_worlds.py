@@ -23,7 +23,7 @@ from roboyard.shapes.mesh import TriangleMesh
 from roboyard.sim import objects
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.pool import kept_worlds
-from roboyard.sim.pool.kept_worlds import memory_of
+from roboyard.sim.pool.model_memory import memory_of
 from roboyard.sim.world import World
 
 BOX = objects.box([0.1, 0.2, 0.3], mass=0.7, rgba=objects.GREY, friction=None, name="box")
@@ -144,7 +144,6 @@ def test_a_changed_spec_is_not_taken_over() -> None:
         lambda made: made.model,
         lambda made: made.data,
         lambda made: made.remove(made.bodies[0]),
-        lambda made: made.add_box([1, 1, 1]),
         lambda made: setattr(made.bodies[0].links[0], "friction", 0.2),
         lambda made: made.bodies[1].joint("one").set_limits(-0.1, 0.1),
         lambda made: setattr(made.bodies[1].joint("one"), "damping", 0.3),
@@ -152,7 +151,7 @@ def test_a_changed_spec_is_not_taken_over() -> None:
         lambda made: made.bodies[0].links[0].set_frictionless(),
         lambda made: made.bodies[0].links[0].set_inertial(Inertial(mass=2.0, inertia=(1, 0, 0, 1, 0, 1))),
         lambda made: made.constraints.add_point(made.bodies[0].links[0], None),
-        lambda made: made.filters.set(made.bodies[0].links[0], made.bodies[2].links[0], collide=False),
+        lambda made: made.bodies[0].links[0].flatten_spheres(0.1),
     ):
         made = fill(world(), places(0))
         made.step()
@@ -167,7 +166,7 @@ def test_large_models_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     for _ in range(4):
         made = fill(world(former), places(0))
         former = made.retire()
-        assert former is None or former.kept is None
+        assert former is None or former.compiles[0][1] is None
 
 
 def test_other_settings_are_compiled_again() -> None:
@@ -176,8 +175,8 @@ def test_other_settings_are_compiled_again() -> None:
         made = fill(world(former), places(0))
         former = made.retire()
     assert former is not None
-    assert former.kept is not None
-    kept = former.kept.model
+    assert former.compiles[0][1] is not None
+    kept = former.compiles[0][1].model
     other = world(former)
     other.solver = "cg"
     assert fill(other, places(0)).live_model is not kept
@@ -195,3 +194,75 @@ def test_the_arrays_of_a_model_are_one_block() -> None:
         values[:] = 3
     memory[:] = copy
     assert np.array_equal(made.live_model.geom_friction, before)
+
+
+def grow(made: World, at: np.ndarray, *, fixed: bool, parts: int = 2) -> None:
+    """Add bodies in parts; read and write the state between them, as programs do."""
+    every = list(zip((BOX, ARM, ARM, BOX), at, strict=True))
+    size = len(every) // parts
+    for first in range(0, len(every), size):
+        for description, place in every[first : first + size]:
+            is_fixed = fixed and description is ARM
+            made.add_description(description, place[:3], place[3:], fixed_base=is_fixed, drives=False)
+        if first == 0:
+            made.filters.set(made.bodies[0].links[0], made.bodies[-1].links[-1], collide=False)
+        arm = next((body for body in made.bodies if body.joints), None)
+        if arm is not None:
+            arm.joint("one").position = 0.3
+            arm.joint("one").velocity = -0.2
+        box = made.bodies[0]
+        box.set_velocity([0.1, 0.2, 0.3], [0, 0, 1])
+        made.wrenches.pending = True
+        made.live_data.xfrc_applied[-1], made.live_data.qfrc_applied[:3] = 0.5, 0.1
+        assert np.isfinite(box.pose[0]).all()
+        if fixed and arm is not None:
+            arm.set_pose([0.5, 0.1 * first, 0.2])
+        made.step(2)
+    made.filters.set(made.bodies[1].links[0], made.bodies[3].links[0], collide=False)
+    made.ensure_compiled()
+
+
+@pytest.mark.parametrize("parts", [2, 4])
+@pytest.mark.parametrize("fixed", [False, True])
+@pytest.mark.parametrize("moves", [False, True])
+def test_a_world_that_grows_is_taken_over_at_each_of_its_compiles(
+    moves: bool, fixed: bool, parts: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("roboyard.sim.pool.body_pool.STREAK", 100)  # no pooled bodies in the compiled one
+    former, kept = None, []
+    for episode in range(6):
+        at = places(episode if moves else 0)
+        made, fresh = world(former), World(profile=BULLET, visual_geoms=False)
+        made.pool.disable()
+        fresh.pool.disable()
+        grow(made, at, fixed=fixed, parts=parts)
+        grow(fresh, at, fixed=fixed, parts=parts)
+        assert differing(made.live_model, fresh.live_model) == []
+        assert differing(made.live_model.opt, fresh.live_model.opt) == []
+        assert differing(made.live_data, fresh.live_data) == []
+        made.step(5)
+        fresh.step(5)
+        left = {name for name in differing(made.live_data, fresh.live_data) if not name.startswith("efc_J")}
+        assert left == set()  # but for the Jacobian, of which MuJoCo leaves unused places as they were
+        kept.append(made.live_model)
+        former = made.retire()
+        assert former is not None or episode == 0
+        made.release()
+    assert kept[-3] is kept[-2] is kept[-1]
+
+
+def test_a_world_that_grows_in_another_way_is_compiled_again() -> None:
+    former, models = None, []
+    for episode in range(8):
+        made, fresh = world(former), World(profile=BULLET, visual_geoms=False)
+        for one in (made, fresh):
+            one.add_description(BOX, [0, 0, 1])
+            one.step()
+            one.add_description(BOX if episode in (4, 5) else ARM, [0, 0, 2], fixed_base=True, drives=False)
+            one.step()
+        assert differing(made.live_model, fresh.live_model) == []
+        assert differing(made.live_data, fresh.live_data) == []
+        models.append(made.live_model)
+        former = made.retire()
+        made.release()
+    assert models[2] is models[3] and models[3] not in models[4:6]

@@ -390,11 +390,11 @@ def test_a_limit_that_was_removed_has_no_place_once_bodies_come() -> None:
     world.motors.set(body.joints[0], velocity=1.0, max_impulse=1.0)
     world.step()
     in_turn = world.stepping.in_turn
-    assert [len(parts.limits) for parts in in_turn._parts or ()] == [1]
+    assert [len(parts.limits) for parts in (in_turn._parts or {}).values()] == [1]
     body.joints[0].set_limits(1.0, -1.0)
     in_turn.note_bodies()
     world.step()
-    assert [(len(parts.limits), len(parts.motors)) for parts in in_turn._parts or ()] == [(0, 1)]
+    assert [(len(parts.limits), len(parts.motors)) for parts in (in_turn._parts or {}).values()] == [(0, 1)]
 
 
 def test_limits_can_be_removed_and_only_of_joints_that_have_them() -> None:

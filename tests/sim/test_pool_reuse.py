@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pool_worlds import assert_same_model, mesh, twin_of
 
+from roboyard.description.model import Inertial
 from roboyard.sim import World
 
 
@@ -196,3 +197,75 @@ def test_history_is_passed_on_to_the_next_world():
     assert_same_model(second.live_model, second.model)
     other.pool.restore_history(World().pool.history)
     assert add_ten(other) == 4
+
+
+def _rows_of(body, model) -> dict[str, np.ndarray]:
+    """Return all numbers of a free body of one link in MuJoCo's arrays, but for references between rows."""
+    row, dof = int(body.mujoco_ids[0]), body.free_dof
+    geoms = np.flatnonzero(model.geom_bodyid == row)
+    of_kind = {"body": [row], "geom": geoms, "dof": range(dof, dof + 6), "jnt": [model.body_jntadr[row]]}
+    found = {}
+    for name in dir(type(model)):
+        kind, _, rest = name.partition("_")
+        if kind in of_kind and rest and not rest.endswith(("id", "adr", "num", "user")):
+            found[name] = getattr(model, name)[list(of_kind[kind])].copy()
+    found["qpos0"] = model.qpos0[body.free_qpos : body.free_qpos + 7].copy()
+    return found
+
+
+def test_bodies_that_go_before_others_come_leave_few_pooled_bodies():
+    world = World()
+    world.add_plane()
+    for k in range(40):
+        world.add_box((0.1, 0.1, 0.1), (0.3 * (k % 7), 0.3 * (k // 7), 0.05))
+    models = set()
+    for k in range(120):
+        box = world.add_box((0.1, 0.1, 0.1 + 0.001 * k), (3, 3, 0.5), mass=1.0 + k)
+        world.step()
+        models.add(id(world.live_model))
+        world.remove(box)
+        world.step()
+        models.add(id(world.live_model))
+    assert len(models) <= 5 and 0 < world.pool.inactive <= 12
+    box = world.add_box((0.1, 0.1, 0.1), (3, 3, 0.5), mass=2.0)
+    found = _rows_of(box, world.live_model)
+    twin = twin_of(world)
+    compiled = _rows_of(twin.bodies[-1], twin.model)
+    for name, values in found.items():
+        np.testing.assert_allclose(values, compiled[name], rtol=1e-12, atol=1e-13, err_msg=name)
+    for _ in range(60):
+        world.step()
+        twin.step()
+    np.testing.assert_allclose(box.pose[0], twin.bodies[-1].pose[0], atol=1e-10)
+
+
+@pytest.mark.parametrize("visual", [True, False])
+def test_nothing_of_an_earlier_body_is_left_in_its_rows(visual):
+    """Frictions, masses, forms and colours that were changed, in the spec and in MuJoCo's arrays."""
+    world = World(visual_geoms=visual)
+    world.add_plane()
+    rng = np.random.default_rng(9)
+    changes = (
+        lambda body: body.links[0].set_friction(sliding=0.3, rolling=0.01),
+        lambda body: setattr(body.links[0], "friction", 0.7),
+        lambda body: body.links[0].set_frictionless(),
+        lambda body: body.links[0].set_inertial(Inertial(mass=3.0, inertia=(0.1, 0, 0, 0.2, 0, 0.2))),
+        lambda body: body.set_velocity([1, 2, 3], [1, 0, 0]),
+        lambda body: body.set_pose([1, 2, 3]),
+        lambda body: None,
+    )
+    for k in range(40):
+        size = (0.2, 0.2, 0.2) if k % 3 else rng.uniform(0.1, 0.3, 3)
+        body = world.add_box(size, (3, 3, 0.5), mass=1.0 + k % 2, rgba=(*rng.uniform(size=3), 1.0))
+        changes[k % len(changes)](body)
+        world.step()
+        if k % 10 == 9:
+            kept = world.add_box(size, (4 + k, 3, 0.5), mass=2.0)
+            found = _rows_of(kept, world.live_model)
+            compiled = _rows_of(kept, world.model)
+            for name, values in found.items():
+                np.testing.assert_allclose(values, compiled[name], rtol=1e-12, atol=1e-13, err_msg=name)
+            world.remove(kept)
+        world.remove(body)
+        if k % 4:
+            world.step()

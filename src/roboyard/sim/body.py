@@ -47,6 +47,10 @@ class Body:
         self.scale = scale
         self.form = form
         """Its elements in the spec, or the plan of what these will be."""
+        self._plan: PlannedBody | None = None
+        """The plan that its elements were built from, if there was one."""
+        self._plan_edits = -1
+        """Edits of the spec's elements so far when they were built."""
         self.links: tuple[Link, ...] = tuple(
             Link(self, i, record.name) for i, record in enumerate(form.links)
         )
@@ -379,6 +383,7 @@ class Body:
         """Add the elements of this body, which was only planned, to the spec; the world calls this."""
         plan = self.form
         assert isinstance(plan, PlannedBody)
+        self._plan = plan
         self.form = build(
             spec, assets, plan.description, plan.prefix, plan.position, plan.quaternion, plan.options
         )
@@ -386,6 +391,30 @@ class Body:
             self.links[link].set_friction(sliding=sliding, spinning=spinning, rolling=rolling)
         for joint, armature in plan.armatures.items():
             self.joints[joint].armature = armature
+        self._plan_edits = self.world.element_edits
+
+    @property
+    def plan_of_elements(self) -> PlannedBody | None:
+        """The plan that its elements agree with but for friction; None where they may not."""
+        is_so = self._world is not None and self._plan_edits == self._world.element_edits
+        return self._plan if is_so else None
+
+    def plan_now(self) -> PlannedBody | None:
+        """Return the plan of which elements like the present ones can be built; None where there is none."""
+        if type(self.form) is PlannedBody:
+            return self.form
+        if self._plan is None:
+            return None
+        root = self.built.links[0].element
+        return self._plan.at(np.array(root.pos), from_wxyz(root.quat))
+
+    def plan_again(self, plan: PlannedBody) -> None:
+        """Let the elements be built again, of a plan."""
+        self.form = plan
+
+    def take_over(self, plan: PlannedBody, built: Built) -> None:
+        """Let the elements be those of another body that was built of such a plan."""
+        self._plan, self.form, self._plan_edits = plan, built, self.world.element_edits
 
     @property
     def geom_rows(self) -> list[list[int]]:
@@ -406,6 +435,8 @@ class Body:
         if self.built.free_joint is not None:
             joint = self.built.free_joint.id
             self.free_qpos, self.free_dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+        if not self.joints:
+            return
         moving = self.dof_addresses[self.dof_addresses >= 0]
         self.first_dof = int(moving.min()) if len(moving) else -1
         self._positions = _as_slice(self.qpos_addresses[self._scalar])

@@ -12,7 +12,7 @@ from roboyard.errors import ModelError, RoboyardError
 from roboyard.sim.build.geoms import add_triangles_for_rays
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets, forget_meshes
-from roboyard.sim.build.planned import PlannedBody
+from roboyard.sim.build.records import BuiltLink
 from roboyard.sim.build.solver_options import (
     HARD_SOLIMP,
     PILE_SOLIMP,
@@ -26,7 +26,7 @@ from roboyard.sim.build.triangle_windows import HALF_THICKNESS
 from roboyard.sim.discarded_worlds import WORLDS
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
-from roboyard.sim.pool.kept_worlds import CompileKey, FormerWorld, KeptWorld, keep
+from roboyard.sim.pool.kept_worlds import Compile, CompileKey, FormerWorld, KeptWorld, keep
 from roboyard.sim.protocols import EngineBody, JointDrives, LinkSurfaces, LinkWrenches
 from roboyard.transforms import Array
 
@@ -40,6 +40,7 @@ MEMORY_GROWTH = 4
 
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+_BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
 _SLEEPS = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
 
 
@@ -59,12 +60,12 @@ class Engine(Generic[BodyT]):
         """Whether the world that replaces this one may take over its compiled model."""
         self.former: FormerWorld | None = None
         """The world that this one replaces, until the first compile, which may take it over."""
-        self._key: CompileKey | None = None
-        """The input of the first compile, while its model is in use."""
-        self._kept: KeptWorld | None = None
-        """The compiled world, for the next one, while its spec has not changed."""
+        self._compiles: list[Compile] | None = []
+        """All compiles so far, for the next world; None once one cannot be compared with those of others."""
         self._is_edited = False
-        """Whether the spec has changed since the first compile, or has more than planned bodies before it."""
+        """Whether the spec has changed since the last compile, or has more than planned bodies before it."""
+        self.element_edits = 0
+        """Number of edits of elements so far, but for those of friction."""
         self.pool = BodyPool(self)
         self.body_by_id: dict[int, BodyT] = {}
         self.profile = profile
@@ -164,6 +165,12 @@ class Engine(Generic[BodyT]):
         """Return the parts, beside bodies, that refer to each other without passing through the world."""
         return ()
 
+    def rows_changed(self, body: BodyT, *, is_there: bool) -> None:
+        """Note that rows of MuJoCo's arrays, which stay, became a body's or are no longer one's."""
+
+    def bodies_changed(self) -> None:
+        """Note that bodies came or went in any other way."""
+
     def constraints_changed(self) -> None:
         """Note that a constraint came or went without a compile."""
 
@@ -191,6 +198,9 @@ class Engine(Generic[BodyT]):
 
     def _take_extra_elements(self, elements: Any) -> None:
         """Take over what `_extra_elements` returned of a world with an equal key."""
+
+    def _leave_extra_elements(self) -> None:
+        """Note that the spec is a new one without them."""
 
     def _delete_inactive_rows(self) -> None:
         """Delete inactive constraints and exclusions from the spec."""
@@ -235,9 +245,14 @@ class Engine(Generic[BodyT]):
         self._apply_options(self._spec.option)  # a spec that was taken over has those of its compile
         return self.raw_spec
 
-    def note_edit(self) -> None:
-        """Note that elements of the spec change, or may: the next world cannot take it over."""
+    def note_edit(self, *, of_friction: bool = False) -> None:
+        """Note that elements of the spec change, or may: the next world cannot take it over.
+
+        Args:
+            of_friction: whether friction coefficients and the dimensions of contacts alone do.
+        """
         self._is_edited = True
+        self.element_edits += not of_friction
 
     def build_planned(self) -> None:
         """Add the elements of all planned bodies to the spec."""
@@ -311,8 +326,14 @@ class Engine(Generic[BodyT]):
             if any(record.hidden for body in self.body_by_id.values() for record in body.built.links):
                 self.mark_stale()
 
-    def mark_stale(self) -> None:
-        """Note an edit of the spec: compile before the next use."""
+    def mark_stale(self, *, grows: bool = False) -> None:
+        """Note an edit of the spec: compile before the next use.
+
+        Args:
+            grows: whether the spec itself stays as it is until then: bodies are planned, or filters changed.
+        """
+        if not grows:
+            self.note_edit()
         if not self.is_stale:
             if self.before_edit is not None:
                 self.before_edit()
@@ -405,11 +426,15 @@ class Engine(Generic[BodyT]):
         self._dofs = sum(form.dofs for form in forms)
         self._free_dofs = sum(form.free_dofs for form in forms)
         self._has_joints = any(form.has_joints for form in forms)
-        key = self._compile_key() if self.is_kept and self._model is None else None
-        former, self.former = self.former, None
-        if key is not None and former is not None and former.kept is not None and key.is_like(former.key):
-            self._take_over(former.kept, key)
+        key = self._compile_key() if self.is_kept else None
+        known = self._former_compile(key)
+        if key is not None and known is not None and known[1] is not None:
+            self._take_over(known[1], key)
             return
+        before = None
+        if key is not None and self._needs_spec(known):
+            before = self._model, self._data
+            self._begin_spec(key)
         self.build_planned()
         spec = self._spec
         self._apply_options(spec.option)
@@ -419,11 +444,11 @@ class Engine(Generic[BodyT]):
             for body in self.body_by_id.values():
                 for record in body.built.links:
                     add_triangles_for_rays(record, spec, self.assets)
-        shapes += self.pool.prepare(spec)
+        shapes += self.pool.prepare(spec) if known is None else self.pool.forgo()
         forget_meshes()
         spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, self._memory_least, MEMORY_MOST))
         try:
-            if self._model is None:
+            if self._model is None or before is not None:
                 self._model = spec.compile()
                 self._data = mujoco.MjData(self._model)
             else:
@@ -438,44 +463,93 @@ class Engine(Generic[BodyT]):
         self.pool.locate()
         for body in self.body_by_id.values():
             body.refresh(self._model)
-        self._key, self._kept, self._is_edited = key, None, False
-        if key is not None and former is not None and key.is_like(former.key):  # for the second time
+        self._is_edited, kept = False, None
+        if key is not None and known is not None:  # for the second time
             built = [body.built for body in self.body_by_id.values()]
             extras = self._extra_elements()
-            self._kept = keep(key, spec, self.assets, built, extras, self._model, self._data, self.of_arrays)
+            kept = keep(key, spec, self.assets, built, extras, self._model, self._data, self.of_arrays)
+        self._note_compile(key, kept)
+        if before is not None:
+            self._go_on_from(*before)
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()
 
     def _compile_key(self) -> CompileKey | None:
-        """Return what the first compile is made from; None where the spec has more than planned bodies."""
-        plans = tuple(body.form for body in self._planned if isinstance(body.form, PlannedBody))
-        if len(plans) != len(self.body_by_id) or self._is_edited or self.pool.expects_bodies:
+        """Return what a compile is made from; None where the spec has more than planned bodies."""
+        pool = self.pool
+        if self._is_edited or self._compiles is None or pool.expects_bodies or pool.is_used:
+            return None
+        found = [body.plan_now() for body in self.body_by_id.values()]
+        plans = tuple(plan for plan in found if plan is not None)
+        if len(plans) != len(found) or not plans:
             return None
         extra = self._extra_key()
-        if extra is None or not plans:
+        if extra is None:
             return None
         settings = self._solver, self.profile, self._memory_least, extra
         return CompileKey(bodies=plans, settings=settings)
 
+    def _former_compile(self, key: CompileKey | None) -> Compile | None:
+        """Return the compile of the world before that this one repeats, if all were alike so far."""
+        found = None
+        if key is not None and self.former is not None and self._compiles is not None:
+            found = self.former.compile_like(key, len(self._compiles))
+        if found is None:
+            self.former = None
+        return found
+
+    def _needs_spec(self, known: Compile | None) -> bool:
+        """Return whether a later compile needs a spec of its own: to be kept, or since the one before is."""
+        return bool(self._compiles) and (known is not None or self._compiles[-1][1] is not None)
+
+    def _begin_spec(self, key: CompileKey) -> None:
+        """Begin a spec for all bodies; the one before stays as it was compiled."""
+        self._made_spec, self._planned = None, list(self.body_by_id.values())
+        for body, plan in zip(self._planned, key.bodies, strict=True):
+            body.plan_again(plan)
+        self._leave_extra_elements()
+
+    def _note_compile(self, key: CompileKey | None, kept: KeptWorld | None) -> None:
+        if key is None:
+            self._compiles = None
+        elif self._compiles is not None:
+            self._compiles.append((key, kept))
+
+    def _go_on_from(self, model: Any, data: Any) -> None:
+        """Give the bodies of a smaller world, which are the first of this one, the state that they had there.
+
+        MuJoCo does so where it compiles a spec again.
+        """
+        now, dofs = self._data, model.nv
+        now.time = data.time
+        now.qpos[: model.nq], now.qvel[:dofs] = data.qpos, data.qvel
+        now.qacc_warmstart[:dofs], now.qfrc_applied[:dofs] = data.qacc_warmstart, data.qfrc_applied
+        now.xfrc_applied[: model.nbody] = data.xfrc_applied
+
     def _take_over(self, kept: KeptWorld, key: CompileKey) -> None:
         """Go on with the spec, model and data of the world before, as a compile would leave them."""
+        before = self._model, self._data
         self._planned = []
         self._made_spec, self._model, self._data = (kept.spec, kept.assets), kept.model, kept.data
         self.of_arrays = kept.of_arrays
         kept.renew(key.bodies)
-        for body, built in zip(self.body_by_id.values(), kept.built, strict=True):
-            body.form = built
+        for body, plan, built in zip(self.body_by_id.values(), key.bodies, kept.built, strict=True):
+            body.take_over(plan, built)
         self._take_extra_elements(kept.extras)
         self._apply_options(self._model.opt)
-        self.pool.prepare(self._spec)
+        self.pool.forgo()
+        if before[0] is not None:
+            self._go_on_from(*before)
         self.is_stale = self._inertia_changed = False
+        self._reference = self._geom_owners = None
         self._next_revision()
         self.hard_contacts = self.profile.hard_contacts and not self._is_pile
         self.pool.locate()
         for body in self.body_by_id.values():
             body.refresh(self._model)
-        self._key, self._kept, self._is_edited = kept.key, kept, False
+        self._note_compile(kept.key, kept)
+        self._is_edited = False
         self._after_compile()
         self.mark_moved()
 
@@ -483,9 +557,11 @@ class Engine(Generic[BodyT]):
         """Return what the world that replaces this one may take over, before this one is released."""
         if self._model is None:
             return self.former
-        if self.is_stale or self._is_edited or self._key is None or self.pool.is_used:
+        compiles = self._compiles
+        if self.is_stale or self._is_edited or not compiles or self.pool.is_used:
             return None
-        return FormerWorld(key=self._key, kept=self._kept)
+        later = () if self.former is None else self.former.compiles[len(compiles) :]
+        return FormerWorld(compiles=(*compiles, *later))
 
     def release(self) -> None:
         """Free the world at once; neither it nor its bodies can be used any more.
@@ -537,7 +613,7 @@ class Engine(Generic[BodyT]):
         if not grows:
             raise ModelError(f"MuJoCo stopped: {message}") from None
 
-    def adopt(self, body: EngineBody) -> None:
+    def adopt(self, body: BodyT) -> None:
         """Make rows of the compiled model a new body's."""
         body.refresh(self._model)
         was_pile, had_joints = self._is_pile, self._has_joints
@@ -548,10 +624,12 @@ class Engine(Generic[BodyT]):
         if is_other or self._has_joints != had_joints:
             self._apply_options(self._model.opt)
             self.pool.update_inertia()
-        self._set_contact_law(self.body_by_id.values() if is_other else [body])
+        self._set_contact_law(self.body_by_id.values() if is_other else [body], are_all=is_other)
+        if is_other:
+            self.bodies_changed()
         self._rows_changed(body, owner=body.id)
 
-    def disown(self, body: EngineBody) -> None:
+    def disown(self, body: BodyT) -> None:
         """Note that a body was removed while its rows remain.
 
         It must not have been the body that made the world a pile.
@@ -560,13 +638,14 @@ class Engine(Generic[BodyT]):
         self._free_dofs -= body.built.free_dofs
         self._rows_changed(body, owner=-1)
 
-    def _rows_changed(self, body: EngineBody, *, owner: int) -> None:
+    def _rows_changed(self, body: BodyT, *, owner: int) -> None:
         if self._geom_owners is not None:
             for index, record in enumerate(body.built.links):
                 rows = [geom.id for geom in (*record.geoms, *record.visuals)]
                 self._geom_owners[rows] = (owner, -1 if owner < 0 else index)
         self._next_revision()
         self.mark_moved()
+        self.rows_changed(body, is_there=owner >= 0)
 
     @property
     def _is_pile(self) -> bool:
@@ -590,15 +669,22 @@ class Engine(Generic[BodyT]):
             profile=self.profile,
         )
 
-    def _set_contact_law(self, bodies: Iterable[EngineBody]) -> None:
+    def _set_contact_law(self, bodies: Iterable[EngineBody], *, are_all: bool = True) -> None:
         """Set how rigid contacts are: by the profile, but soft in a pile.
 
         Shapes of MJCF files keep their own settings.
+
+        Args:
+            bodies: those whose shapes are set.
+            are_all: whether these are all bodies of the world.
         """
         model, profile = self._model, self.profile
         is_pile = self._is_pile
         self.hard_contacts = profile.hard_contacts and not is_pile
         records = [r for body in bodies for r in body.built.links if r.link is not None]
+        if not are_all:
+            self._set_law_of_few(records, is_pile=is_pile)
+            return
         if is_pile or profile.hard_contacts:
             ours = np.array([geom.id for record in records for geom in record.geoms], dtype=np.intp)
             model.geom_margin[ours] = 0.0
@@ -611,8 +697,27 @@ class Engine(Generic[BodyT]):
         slots = [geom.id for record in records for window in record.windows for geom in window.slots]
         if slots and not self.hard_contacts:  # bodies rest on the triangles, inside the prisms
             model.geom_margin[slots], model.geom_gap[slots] = -HALF_THICKNESS, HALF_THICKNESS
-        model.body_margin[:] = 0.0  # pairs of bodies with several shapes are looked at within these alone
+        # pairs of bodies with several shapes are looked at within these margins alone
+        model.body_margin[:] = 0.0
         np.maximum.at(model.body_margin, model.geom_bodyid, model.geom_margin + model.geom_gap)
+
+    def _set_law_of_few(self, records: Iterable[BuiltLink], *, is_pile: bool) -> None:
+        """Do what `_set_contact_law` does, for links whose shapes alone are new and have no windows."""
+        model, profile = self._model, self.profile
+        margin, gap_of, kind_of = model.geom_margin, model.geom_gap.item, model.geom_type.item
+        for record in records:
+            geoms = [geom.id for geom in record.geoms]
+            if is_pile or profile.hard_contacts:
+                for geom in geoms:
+                    is_box = kind_of(geom) == _BOX
+                    width = profile.box_margin if is_box else profile.contact_margin
+                    margin[geom] = width if self.hard_contacts else 0.0
+                    model.geom_solimp[geom] = PILE_SOLIMP if is_pile else HARD_SOLIMP
+                    if is_pile:
+                        model.geom_solref[geom] = PILE_SOLREF
+            geoms += [geom.id for geom in record.visuals]
+            widest = max([0.0, *(margin.item(geom) + gap_of(geom) for geom in geoms)])
+            model.body_margin[record.element.id] = widest
 
     def link_frames(self, *, keeps_last: bool) -> Any:
         """Return the MjData with positions of bodies, geoms and sites that agree with qpos.
@@ -741,7 +846,7 @@ class Engine(Generic[BodyT]):
     @solver.setter
     def solver(self, value: Solver) -> None:
         self._solver = value
-        self.mark_stale()
+        self.mark_stale(grows=True)
 
     @property
     def time(self) -> float:

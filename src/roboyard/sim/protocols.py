@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -30,6 +29,23 @@ class EngineBody(Protocol):
         """Add the elements of a planned body to the spec."""
         ...
 
+    def plan_now(self) -> PlannedBody | None:
+        """Return the plan of which elements like the present ones can be built; None where there is none."""
+        ...
+
+    @property
+    def plan_of_elements(self) -> PlannedBody | None:
+        """The plan that its elements agree with but for friction; None where they may not."""
+        ...
+
+    def plan_again(self, plan: PlannedBody) -> None:
+        """Let the elements be built again, of a plan."""
+        ...
+
+    def take_over(self, plan: PlannedBody, built: Built) -> None:
+        """Let the elements be those of another body that was built of such a plan."""
+        ...
+
     def refresh(self, model: Any) -> None:
         """Look up the body's rows in the arrays of a compiled model."""
         ...
@@ -48,8 +64,15 @@ class PoolEngine(Protocol):
         """The meshes of the spec."""
         ...
 
+    is_kept: bool
+
     @property
-    def body_by_id(self) -> Mapping[int, EngineBody]:
+    def element_edits(self) -> int:
+        """Number of edits of the spec's elements so far, but for those of friction."""
+        ...
+
+    @property
+    def body_by_id(self) -> dict[int, Any]:
         """All bodies, by id."""
         ...
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import fields
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -31,6 +33,7 @@ from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
 from roboyard.transforms import Array, normalized
 
+_OPTIONS = tuple(field.name for field in fields(BuildOptions))
 _UNSTABLE_AT = lazy_pattern(r"at (DOF|\w+) (\d+).*Time = ([-+.\deE]+\d)")
 """Of MuJoCo's warning: the degree of freedom and the time."""
 
@@ -82,6 +85,8 @@ class Simulation(Engine[Body]):
         """The revision that has been stepped."""
         self._next_id = 0
         self._names: set[str] = set()
+        self._options: dict[tuple[Any, ...], BuildOptions] = {}
+        """How bodies were built so far."""
         self._copies: dict[str, int] = {}
         """By requested name: the largest number up to which all numbered names are taken."""
         self.render_shapes = RenderShapes(self)
@@ -130,6 +135,14 @@ class Simulation(Engine[Body]):
     def _parts_in_cycles(self) -> Sequence[object]:
         return (self.motors,)
 
+    def rows_changed(self, body: Body, *, is_there: bool) -> None:
+        """Note that rows of MuJoCo's arrays, which stay, became a body's or are no longer one's."""
+        self.stepping.change(body, is_there=is_there)
+
+    def bodies_changed(self) -> None:
+        """Note that bodies came or went in any other way."""
+        self.stepping.note_bodies()
+
     def constraints_changed(self) -> None:
         """Note that a constraint came or went without a compile."""
         self.stepping.refresh()
@@ -147,6 +160,9 @@ class Simulation(Engine[Body]):
 
     def _take_extra_elements(self, elements: Any) -> None:
         self.filters.take(elements)
+
+    def _leave_extra_elements(self) -> None:
+        self.filters.leave()
 
     def _delete_inactive_rows(self) -> None:
         self.constraints.delete_inactive()
@@ -214,35 +230,33 @@ class Simulation(Engine[Body]):
             RoboyardError: the position is not finite.
         """
         place = np.asarray(position, dtype=float)
-        if not np.isfinite(place).all():
+        if not all(map(isfinite, place.ravel().tolist())):
             raise RoboyardError(f"position must be finite, got {place.tolist()}")
         unique = self._unique_name(name or description.name or "body")
         contype, conaffinity = self.filters.masks(description, self_collision)
-        options = BuildOptions(
-            fixed_base=fixed_base,
-            scale=scale,
-            visual_geoms=self.visual_geoms,
-            drives=drives and self.profile.pid_drives,
-            joint_damping=joint_damping,
-            joint_friction=joint_friction and self.profile.joint_friction,
-            keep_link_order=keep_link_order,
-            hard=self.profile.hard_contacts,
-            hull_steps=self.profile.hull_steps,
-            searches_meshes=_has_concave(description) and self.windows.may_search(),
-            contype=contype,
-            conaffinity=conaffinity,
+        profile = self.profile
+        searches_meshes = _has_concave(description) and self.windows.may_search()
+        given: tuple[Any, ...] = (
+            *(fixed_base, keep_link_order, scale, self.visual_geoms, drives and profile.pid_drives),
+            *(joint_friction and profile.joint_friction, joint_damping, profile.hard_contacts),
+            *(profile.hull_steps, searches_meshes, contype, conaffinity),
         )
+        options = self._options.get(given)
+        if options is None:
+            options = self._options[given] = BuildOptions(**dict(zip(_OPTIONS, given, strict=True)))
         prefix, xyz, quaternion = f"{unique}/", place, normalized(orientation)
         taken = self.pool.acquire(description, prefix, xyz, quaternion, options)
         form = taken or plan(description, prefix, xyz, quaternion, options)
         if form is None:
             form = build(self.raw_spec, self.assets, description, prefix, xyz, quaternion, options)
             note_sound(description, options)
-        body = self.register(unique, form, description, fixed_base=fixed_base, scale=scale)
+        if taken is None:
+            self.mark_stale(grows=True)  # while all bodies of this world have rows
+            self.stepping.note_bodies()
+        body = self._register(unique, form, description, fixed_base=fixed_base, scale=scale)
         if taken is None:
             if isinstance(form, PlannedBody):
                 self.add_planned(body)
-            self.mark_stale()
             self.pool.note_added(body, options)
         else:
             self.pool.activate(body)
@@ -271,13 +285,24 @@ class Simulation(Engine[Body]):
             fixed_base: whether the root is fixed to the world.
             scale: of the description's lengths.
         """
+        self.stepping.note_bodies()
+        return self._register(name, form, description, fixed_base=fixed_base, scale=scale)
+
+    def _register(
+        self,
+        name: str,
+        form: Built | PlannedBody,
+        description: RobotDescription | None,
+        *,
+        fixed_base: bool,
+        scale: float,
+    ) -> Body:
         body = Body(self, self._next_id, name, form, description, fixed_base=fixed_base, scale=scale)
         self._next_id += 1
         self.body_by_id[body.id] = body
         self._names.add(name)
         self.filters.assign_masks(body)
         self.render_shapes.add(body)
-        self.stepping.note_bodies()
         return body
 
     def reserve_name(self, name: str) -> str:
@@ -304,23 +329,28 @@ class Simulation(Engine[Body]):
             raise StaleHandleError(f"body {body.name!r} is not in this world")
         if self.late_masses or self.late_frictions:
             self.write_late()  # while its rows are there
+        can_stay = self.pool.can_release(body)
+        if not (can_stay or self.is_stale) and self.before_edit is not None:
+            self.before_edit()
         self.soft.forget(body.id)
         self.constraints.forget(body.id)
         self.filters.forget(body)
         self._surfaces.forget(body.id)
         self.motors.forget(body.id)
         self.stepping.forget(body.id)
-        self.stepping.note_bodies()
         self.render_shapes.forget(body.id)
         del self.body_by_id[body.id]
         self._names.discard(body.name)
         self._copies.clear()
+        self.pool.forget(body)
         if self.drop_planned(body):
-            self.pool.forget(body)
-            self.mark_stale()
-        elif self.pool.release(body):
+            self.stepping.note_bodies()
+            self.mark_stale(grows=True)
+        elif can_stay and not self.is_stale:
+            self.pool.release(body)
             self.disown(body)
         else:
+            self.stepping.note_bodies()
             self.pool.discard(body.built)
             self.mark_stale()
         body.detach()

@@ -171,6 +171,7 @@ def changeDynamics(
     if collisionMargin != -1.0 and number(collisionMargin) >= 0:
         state.collision_margin, state.is_solid = collisionMargin, False
         record.link_boxes = scene.link_boxes = None
+        scene.shape_rows.gather_again()
         scene.world.prepared.get("box", {}).pop(record.number, None)
         scene.world.prepared.get(_KIND, {}).pop(record.number, None)
     if linkIndex >= 0:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,8 @@ ENDLESS = 1e9
 """Half size (m) of the boxes of other shapes."""
 _ENDLESS = ENDLESS * np.eye(3)
 _NO_HULL = np.zeros((0, 3))
-_UNKNOWN = np.concatenate([np.zeros((1, 3)), _ENDLESS])
+ENDLESS_BOX = np.concatenate([np.zeros((1, 3)), _ENDLESS])
+"""(4, 3) box of a shape that is not known."""
 
 
 def contact_reaches(model: Any, bodies: Iterable[tuple[np.ndarray, Sequence[float]]]) -> np.ndarray:
@@ -71,8 +73,9 @@ class ShapeBoxes:
 class PlacedShapes:
     """The shapes of one body, and where they are among MuJoCo's geoms."""
 
-    rows: np.ndarray
-    """(n,) geoms."""
+    geoms: list[int]
+    rows: slice | np.ndarray
+    """The geoms as places in arrays, a slice where one follows the other."""
     boxes: np.ndarray
     """(n, 4, 3) as in `ShapeBoxes`."""
     rounding: np.ndarray
@@ -80,8 +83,26 @@ class PlacedShapes:
     hulls: tuple[np.ndarray, ...]
     lengths: np.ndarray
     """(n,) numbers of corners of the hulls."""
+    has_hulls: bool
     compound: list[int]
     """Geoms that are parts of compounds."""
+    compounds: tuple[bool, ...]
+    """Whether each link is a compound."""
+
+    def at(self, links: Sequence[Sequence[int]]) -> PlacedShapes:
+        """Return the same shapes at other geoms, as many of each link."""
+        geoms = [row for rows in links for row in rows]
+        return PlacedShapes(
+            geoms=geoms,
+            rows=_places(geoms),
+            boxes=self.boxes,
+            rounding=self.rounding,
+            hulls=self.hulls,
+            lengths=self.lengths,
+            has_hulls=self.has_hulls,
+            compound=_of_compounds(links, self.compounds),
+            compounds=self.compounds,
+        )
 
 
 def place_shapes(
@@ -100,14 +121,28 @@ def place_shapes(
     if tuple(map(len, links)) != found.counts:
         found = _without_unknown(found, links)
     widths = np.repeat(np.asarray(margins, float), [len(rows) for rows in links])
+    geoms = [row for rows in links for row in rows]
     return PlacedShapes(
-        rows=np.array([row for rows in links for row in rows], np.intp),
+        geoms=geoms,
+        rows=_places(geoms),
         boxes=found.boxes,
         rounding=np.where(widths < found.edges, widths, 0.0),
         hulls=found.hulls,
         lengths=np.array([len(hull) for hull in found.hulls], np.int32),
-        compound=[row for rows, is_one in zip(links, are_compounds, strict=True) if is_one for row in rows],
+        has_hulls=any(map(len, found.hulls)),
+        compound=_of_compounds(links, are_compounds),
+        compounds=tuple(are_compounds),
     )
+
+
+def _places(geoms: Sequence[int]) -> slice | np.ndarray:
+    if geoms and all(b - a == 1 for a, b in pairwise(geoms)):
+        return slice(geoms[0], geoms[-1] + 1)
+    return np.array(geoms, np.intp)
+
+
+def _of_compounds(links: Sequence[Sequence[int]], are_compounds: Sequence[bool]) -> list[int]:
+    return [row for rows, is_one in zip(links, are_compounds, strict=True) if is_one for row in rows]
 
 
 def shape_forms(geoms: int, bodies: Sequence[PlacedShapes]) -> ShapeForms:
@@ -117,7 +152,7 @@ def shape_forms(geoms: int, bodies: Sequence[PlacedShapes]) -> ShapeForms:
     rounding, spans = np.zeros(geoms), np.zeros((geoms, 2), np.int32)
     corners = _NO_HULL
     if bodies:
-        places = np.concatenate([body.rows for body in bodies])
+        places = np.array([geom for body in bodies for geom in body.geoms], np.intp)
         boxes[places] = np.concatenate([body.boxes for body in bodies])
         rounding[places] = np.concatenate([body.rounding for body in bodies])
         lengths = np.concatenate([body.lengths for body in bodies])
@@ -148,7 +183,9 @@ def _without_unknown(found: ShapeBoxes, links: Sequence[Sequence[int]]) -> Shape
         place = slice(first, first + count)
         first += count
         is_known = len(rows) == count
-        boxes.append(found.boxes[place] if is_known else np.array([_UNKNOWN] * len(rows)).reshape(-1, 4, 3))
+        boxes.append(
+            found.boxes[place] if is_known else np.array([ENDLESS_BOX] * len(rows)).reshape(-1, 4, 3)
+        )
         edges.append(found.edges[place] if is_known else np.zeros(len(rows)))
         hulls += found.hulls[place] if is_known else [_NO_HULL] * len(rows)
     return ShapeBoxes(np.concatenate(boxes), np.concatenate(edges), tuple(hulls), tuple(map(len, links)))
@@ -190,7 +227,7 @@ def _new_box(shape: Collision, implicit_cylinder: bool) -> tuple[np.ndarray, flo
     else:
         corners = local_bounds(shape.geometry, implicit_cylinder=implicit_cylinder)
     if corners is None:
-        return _UNKNOWN, 0.0
+        return ENDLESS_BOX, 0.0
     turn, box = matrix_from_quaternion(shape.origin.quaternion), np.empty((4, 3))
     box[0] = np.asarray(shape.origin.position) + turn @ (corners[0] + corners[1]) / 2
     box[1:] = ((corners[1] - corners[0]) / 2)[:, None] * turn.T

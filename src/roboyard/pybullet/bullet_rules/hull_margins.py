@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,27 @@ def geom_margins(model: Any, hull_cylinders: Sequence[int] = (), triangles: Sequ
         if is_cylinder.any():
             margins[is_cylinder & _of_bodies(model, hull_cylinders)] = MARGIN
     return margins
+
+
+def margins_of_rows(model: Any, rows: Sequence[int], *, has_cylinders: bool) -> list[float]:
+    """Return the margins (m) of some of MuJoCo's geoms, of bodies without triangles.
+
+    Args:
+        model: MjModel; its meshes are convex hulls.
+        rows: the geoms.
+        has_cylinders: whether their cylinders are hulls in Bullet.
+    """
+    hulls, kind_of = _hull_kinds(has_cylinders), model.geom_type.item
+    return [MARGIN if kind_of(row) in hulls else 0.0 for row in rows]
+
+
+@cache
+def _hull_kinds(has_cylinders: bool) -> tuple[int, ...]:
+    """Return MuJoCo's types of hulls, those of cylinders among them where asked for."""
+    from roboyard._mujoco import mujoco
+
+    mesh, cylinder = int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtGeom.mjGEOM_CYLINDER)
+    return (mesh, cylinder) if has_cylinders else (mesh,)
 
 
 def special_margins(model: BodyModel) -> tuple[list[int], bool]:

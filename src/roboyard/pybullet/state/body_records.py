@@ -171,9 +171,8 @@ class BodyRecord:
         self.links = [LinkState(**fields) for fields in of_model(model, "links", _link_fields)]
         self.held: dict[int, float] = {}
         """Inertia of the motors of joints that are held because nothing beyond them has mass or inertia."""
-        self._bounds: dict[int, LinkBounds] = {}
+        self._bounds: dict[int, LinkBounds] = of_model(model, "bounds", _nothing)
         self._forms: tuple[Any, list[float | None], Any] = (None, [], None)
-        self._reaches: tuple[list[float | None], list[float]] = ([], [])
         self.collision_rows: dict[int, tuple[tuple[Any, ...], ...]] = {}
         """The fields of getCollisionShapeData by link, once they were asked for."""
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
@@ -269,6 +268,10 @@ class BodyRecord:
         found: ShapeBoxes = of_model(self.model, "boxes", _shape_boxes)
         return found
 
+    def of_model(self, name: str, compute: Callable[[BodyModel], Any]) -> Any:
+        """Return what a function computes of the model, once for all bodies that have it in common."""
+        return of_model(self.model, name, compute)
+
     def shapes_key(self) -> tuple[Any, ...]:
         """Return a key of the shapes of this body and their places, valid while `model.shared` is held."""
         shapes = of_model(self.model, "key", _shapes_of)
@@ -280,28 +283,35 @@ class BodyRecord:
         Args:
             model: MjModel that the geoms are of; the result is kept as long as it is the same.
         """
-        margins = self._changed_margins()
+        margins, rows = self._changed_margins(), self.body.geom_rows
         if self._forms[0] is not model or self._forms[1] != margins:
-            from roboyard.pybullet.bullet_rules.contact_reaches import place_shapes
-
-            bounds = [self.bounds(link - 1) for link in range(len(self.links))]
-            compounds = [
-                box.kind == "compound" and not is_field(self.model.links[link].collisions)
-                for link, (box, _) in enumerate(bounds)
-            ]
-            widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
-            placed = place_shapes(self.shape_boxes, self.body.geom_rows, compounds, widths)
-            self._forms = model, margins, placed
+            key = *margins, *map(len, rows)
+            known: dict[Any, PlacedShapes] = of_model(self.model, "forms", _nothing)
+            if key not in known:
+                known[key] = self._place_shapes(rows)
+            self._forms = model, margins, known[key].at(rows)
         return self._forms[2]
+
+    def _place_shapes(self, rows: Sequence[Sequence[int]]) -> PlacedShapes:
+        from roboyard.pybullet.bullet_rules.contact_reaches import place_shapes
+
+        bounds = [self.bounds(link - 1) for link in range(len(self.links))]
+        compounds = [
+            box.kind == "compound" and not is_field(self.model.links[link].collisions)
+            for link, (box, _) in enumerate(bounds)
+        ]
+        widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
+        return place_shapes(self.shape_boxes, rows, compounds, widths)
 
     def reaches(self) -> list[float]:
         """Return the largest gap of contact points of each link (m)."""
-        from roboyard.pybullet.bullet_rules.contact_reaches import reaches_of
+        known, key = of_model(self.model, "reaches", _nothing), tuple(self._changed_margins())
+        if key not in known:
+            from roboyard.pybullet.bullet_rules.contact_reaches import reaches_of
 
-        margins = self._changed_margins()
-        if self._reaches[0] != margins:
-            self._reaches = margins, reaches_of(self.bounds(link - 1) for link in range(len(self.links)))
-        return self._reaches[1]
+            known[key] = reaches_of(self.bounds(link - 1) for link in range(len(self.links)))
+        found: list[float] = known[key]
+        return found
 
     def _changed_margins(self) -> list[float | None]:
         return [state.collision_margin for state in self.links]
@@ -325,15 +335,15 @@ class BodyRecord:
         body, data = self.body, world.live_data
         self.revision = world.revision
         self.fixed_poses = None
+        if self._data is data:
+            return  # a body keeps its rows as long as MuJoCo's arrays are the same
+        self._data = data
         self.joint_groups.clear()
         self.link_groups.clear()
         self.chain_places = None
         self.link_reader = self.moved_link_reader = self.link_pusher = self.link_boxes = self.geoms = None
         self._layout = self._tree = None
         self._has_tree = True
-        if self._data is data:
-            return  # a body keeps its rows as long as MuJoCo's arrays are the same
-        self._data = data
         self.rows = [int(row) for row in body.mujoco_ids]
         self.qpos, self.qvel = data.qpos, data.qvel
         self.words = self.qpos.data, self.qvel.data
@@ -401,6 +411,10 @@ def of_model(model: BodyModel, name: str, compute: Callable[[BodyModel], Any]) -
     if found is None:
         found = model.shared[name] = compute(model)
     return found
+
+
+def _nothing(_: BodyModel) -> dict[Any, Any]:
+    return {}
 
 
 def _link_fields(model: BodyModel) -> list[dict[str, Any]]:

@@ -225,6 +225,16 @@ class LastStep:
                 self._removed.clear()
                 self._seen = _look_at(scene)
 
+    def involves(self, record: BodyRecord) -> bool:
+        """Return whether MuJoCo's arrays hold contacts or reactions that the removal of a body affects."""
+        scene, world = self._scene, self._scene.world
+        if scene.has_sensors:
+            return True
+        if world.is_stale or not world.live_data.ncon or self._contacts is not None or self._seen is not None:
+            return False
+        geoms = world.live_data.contact.geom.ravel().tolist()
+        return any(geom in geoms for link in record.body.geom_rows for geom in link)
+
     def _present(self) -> list[Contact]:
         return list(touching(self._scene))
 

@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.description.model import Inertial
-from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches, shape_forms
-from roboyard.pybullet.bullet_rules.hull_margins import geom_margins, special_margins
 from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, BodyModel, never_turns
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
+from roboyard.pybullet.bullet_rules.shape_rows import ShapeRows
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.constants import JOINT_REVOLUTE
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord, of_model
+from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
 from roboyard.pybullet.state.constraint_records import ConstraintRecord, ConstraintRequest
 from roboyard.pybullet.state.contacts import Contact, LastStep
 from roboyard.pybullet.state.engine_parameters import (
@@ -39,13 +38,12 @@ from roboyard.transforms import conjugate, rotate
 
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
+    from roboyard.pybullet.bullet_rules.shape_rows import Numbers
     from roboyard.pybullet.state.body_records import SceneBoxes
     from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.sim.body import Body
     from roboyard.sim.stepping.shape_forms import ShapeForms
 
-_SHAPES, _SHAPE_SETS = "shapes of bodies", 4
-"""Name in `Engine.of_arrays`, and number of sets of bodies whose shapes are kept."""
 HELD_INERTIA = 1e9
 """Inertia (kg m² or kg) of the motor of a joint that nothing moves."""
 
@@ -103,8 +101,8 @@ class PhysicsScene:
         self._margin_shapes: MarginShapes | None = None
         self.link_boxes: tuple[int, SceneBoxes] | None = None
         """Revision of the World, and boxes around the links of all bodies."""
-        self._known_shape_numbers: Any = None
-        """Revision of the World, and margins, reaches and forms of shapes then."""
+        self.shape_rows = ShapeRows()
+        """Margins, reaches and forms of shapes."""
         self.world.surfaces.margins_of = self.geom_margins
         self.world.surfaces.reaches_of = self.contact_reaches
         self.world.surfaces.forms_of = self.shape_forms
@@ -150,7 +148,9 @@ class PhysicsScene:
             file: file that it was loaded from.
             kind: MULTIBODY or RIGID_BODY.
         """
-        self.last_step.keep()
+        before = self.world.revision
+        if len(model.links) > 1 or self.has_sensors:
+            self.last_step.keep()  # else the arrays of the last step stay as they are
         body = self.world.add_description(
             model.description,
             position,
@@ -160,6 +160,7 @@ class PhysicsScene:
             drives=False,
             keep_link_order=True,
         )
+        self._follow(before)
         record = self.enter(model, body, file=file, kind=kind)
         for link, state in zip(body.links, record.links, strict=True):
             link.set_friction(
@@ -177,6 +178,12 @@ class PhysicsScene:
         self.filters.add_body(record, self_collision=self_collision, excludes_ancestors=excludes_ancestors)
         self.textures.add_body(record)
         return record
+
+    def _follow(self, before: int) -> None:
+        """Note that arrays of the last step, at that revision of the World, still hold it."""
+        world = self.world
+        if self.motor_revision == before and not world.is_stale:
+            self.motor_revision = world.revision
 
     def enter(self, model: BodyModel, body: Body, *, file: str, kind: int = MULTIBODY) -> BodyRecord:
         """Return the record, with a new id, of a body that is in the World; see `add` for the arguments."""
@@ -260,8 +267,10 @@ class PhysicsScene:
         """Remove a body; an unknown id is ignored."""
         if number not in self.bodies:
             return
-        self.last_step.keep()
-        record = self.bodies.pop(number)
+        record, before = self.bodies[number], self.world.revision
+        if record.joint_count or len(record.links) > 1 or self.last_step.involves(record):
+            self.last_step.keep()
+        del self.bodies[number]
         self.last_step.remove_body(number)
         if record.motor_commands is not None:
             self.pending_commands.discard(record.motor_commands)
@@ -271,6 +280,7 @@ class PhysicsScene:
             del self.requested[key]
         self.textures.remove_body(record, self.world)
         self.world.remove(record.body)
+        self._follow(before)
         del self._records_by_world_id[record.body.id]
         drop_from_order(self.order, number)
         self._ids.free(number)
@@ -359,42 +369,11 @@ class PhysicsScene:
 
     def shape_forms(self) -> ShapeForms:
         """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
-        forms: ShapeForms = self._shape_numbers()[2]
-        return forms
+        return self._shape_numbers()[2]
 
-    def _shape_numbers(self) -> tuple[Any, Any, ShapeForms]:
-        """Return margins, reaches and forms of all shapes.
-
-        They are kept with MuJoCo's arrays for the last few sets of bodies, some of which come again.
-        """
-        world = self.world
-        known = self._known_shape_numbers
-        if known is not None and known[0] == world.revision and not world.is_stale:
-            return known[1]
-        world.ensure_compiled()
-        records = self.bodies.values()
-        key = tuple(record.shapes_key() for record in records)
-        kept = world.of_arrays.setdefault(_SHAPES, {})
-        found = kept.get(key)
-        if found is None:
-            model, cylinders, triangles = world.live_model, list[int](), list[int]()
-            for record in records:
-                rows = record.body.mujoco_ids
-                concave, has_cylinders = of_model(record.model, "margins", special_margins)
-                if has_cylinders:
-                    cylinders += rows.tolist()
-                triangles += [int(rows[index]) for index in concave]
-            numbers = (
-                geom_margins(model, cylinders, triangles),
-                contact_reaches(model, ((record.body.mujoco_ids, record.reaches()) for record in records)),
-                shape_forms(model.ngeom, [record.forms(model) for record in records]),
-            )
-            # with what the key has the ids of
-            found = kept[key] = numbers, [record.model.shared for record in records]
-            while len(kept) > _SHAPE_SETS:
-                del kept[next(iter(kept))]
-        self._known_shape_numbers = world.revision, found[0]
-        return found[0]
+    def _shape_numbers(self) -> Numbers:
+        """Return margins, reaches and forms of all shapes."""
+        return self.shape_rows.numbers(self.world, self._records_by_world_id)
 
     def place_of(self, geom: int) -> tuple[int, int, float]:
         """Return body, link and Bullet's margin (m) of a MuJoCo geom."""
@@ -488,9 +467,14 @@ class PhysicsScene:
             self._wrenches_known = True
         return self.world.live_data.cfrc_int
 
+    @property
+    def has_sensors(self) -> bool:
+        """Whether any joint has a force-torque sensor."""
+        return any(record.sensors for record in self.bodies.values())
+
     def _keep_wrenches(self) -> None:
         """Compute reactions of the last step while MuJoCo's arrays have its constraints."""
-        if any(record.sensors for record in self.bodies.values()):
+        if self.has_sensors:
             self.joint_wrenches()
 
     def flush_motors(self) -> None:

@@ -7,7 +7,7 @@ gets any, and a world that is compiled from the same plans as the one that it re
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
 
 from roboyard._records import dataclass
@@ -79,6 +79,16 @@ class PlannedBody:
     def has_joints(self) -> bool:
         """Whether links move relative to each other."""
         return self.dofs > self.free_dofs
+
+    def at(self, position: Array, quaternion: Array) -> PlannedBody:
+        """Return the same plan with the root link's frame elsewhere, or this one where it is there.
+
+        Args:
+            position: (3,) of the frame in the world frame (m).
+            quaternion: (4,) x, y, z, w.
+        """
+        moved = replace(self, position=position.copy(), quaternion=quaternion.copy())
+        return self if self.stands_as(moved) else moved
 
     def stands_as(self, other: PlannedBody) -> bool:
         """Return whether the root link of both is at the same place."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
@@ -115,6 +116,13 @@ def apply_options(
         option.jacobian = kinds.mjJAC_DENSE if is_dense else kinds.mjJAC_AUTO
 
 
+@cache
+def _without_islands() -> int:
+    from roboyard._mujoco import mujoco
+
+    return int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+
+
 def scale_tolerance(option: Any, share: float) -> None:
     """Let the solver end at the same place with inactive bodies as without them.
 
@@ -125,9 +133,7 @@ def scale_tolerance(option: Any, share: float) -> None:
         option: of an MjModel, as `apply_options` has written them.
         share: of active bodies in the inertia of all.
     """
-    from roboyard._mujoco import mujoco
-
-    if option.disableflags & int(mujoco.mjtDisableBit.mjDSBL_ISLAND):
+    if option.disableflags & _without_islands():
         option.tolerance = TOLERANCE * share
 
 

@@ -9,12 +9,13 @@ template) or are computed from its sizes (an analytic template). Pooled bodies b
 used, so that the bodies of a world are in the order of their ids. A body that fits no pooled body is
 compiled as without a pool.
 
-Pooled bodies with joints have one exact description, and exist only while few steps pass between additions:
-each step costs as much for them as for an active body.
+Pooled bodies with joints have one exact description, and are compiled only while few steps pass between
+additions: each step costs as much for them as for an active body.
 
 A body that is removed while the spec waits for its compile is deleted with others before that. Any other
-removed body becomes inactive, too, if it came from the pool or has one link. All inactive bodies are
-deleted with the next compile, after some steps without additions and removals, and when MuJoCo's own arrays
+removed body becomes inactive, too, if it came from the pool or has one link. One of several links does where
+it is the newest and nothing of its elements has changed but friction: the next like it takes its rows. All
+inactive bodies are deleted with the next compile, after some steps without additions and removals, and when MuJoCo's own arrays
 (`Engine.model`, `Engine.data`) or the spec are read.
 
 `benchmarks/pool.py` measures the gain.
@@ -25,9 +26,8 @@ from __future__ import annotations
 import sys
 from collections import Counter, deque
 from itertools import cycle, islice
+from math import isfinite
 from typing import Any
-
-import numpy as np
 
 from roboyard._mujoco import mujoco
 from roboyard.description.model import RobotDescription
@@ -46,18 +46,26 @@ MORE, MOST = 32, 600
 """Number of pooled bodies: as many as there are bodies, but at least `FEWEST`, at most `MORE` and half as
 many as bodies, and never more than `MOST` unless as many were added at once.
 
-So compiles become rarer as they become more expensive, while steps do not become much slower."""
+So compiles become rarer as they become more expensive, while steps do not become much slower. Where bodies
+are removed before others are added, the fewest are enough."""
 STREAK = 3
 """Compiles in a row that only new bodies made necessary, the one with pooled bodies included."""
+MORE_AT_START = 2
+"""Such compiles that are needed besides before the first step, where programs that reset read what they load:
+the next world takes those compiles over (`kept_worlds`)."""
 IDLE_STEPS, IDLE_STEPS_ARTICULATED = 200, 20
 """Steps without additions and removals after which inactive bodies are deleted."""
 LARGEST_PAUSE = 4
 """Largest number of steps between additions at which pooled bodies with joints are made."""
 MOST_DISCARDED = 64
 """Largest number of removed bodies that are deleted from the spec at once; a single one costs as much."""
+SETTLED, MANY = 50, 32
+"""Bodies in a row that were removed while they were the newest, after which more pooled bodies than so many
+are replaced by the fewest: each costs time in every step."""
 HISTORY_LENGTH = 12
 """Number of recent additions from which the layouts of pooled bodies are chosen: those seen twice."""
 _SLOT_NAME, _REMOVED_NAME, _DISCARDED_NAME = "pooled{}", "removed{}", "discarded{}"
+_FORMER_NAME = "former"
 
 Recent = tuple[RobotDescription, BuildOptions]
 
@@ -86,6 +94,12 @@ class BodyPool:
         self._threshold = STREAK
         self._idle = 0
         self._recent: deque[Recent] = deque(maxlen=HISTORY_LENGTH)
+        self._returned: deque[bool] = deque(maxlen=HISTORY_LENGTH)
+        """Of the same additions, whether the body was removed while it was the newest."""
+        self._returns = 0
+        """Number of bodies in a row that were."""
+        self._is_trimmed = False
+        """Whether the next compile gets the fewest pooled bodies, for more than was needed before."""
         self._templates = TemplateCache()
         self._steps: deque[float] = deque(maxlen=STREAK)
         """Steps before each of the last additions."""
@@ -134,6 +148,7 @@ class BodyPool:
 
     def _record(self, description: RobotDescription, options: BuildOptions) -> None:
         self._recent.append((description, options))
+        self._returned.append(False)
         now = self._engine.time
         self._steps.append((now - self._time) / self._engine.timestep)
         self._time = now
@@ -145,12 +160,16 @@ class BodyPool:
             self._delete_inactive()
             self._streak = 0
             self._engine.mark_stale()
+        elif self._returns >= SETTLED and self.free > MANY and not self._slot_of:
+            self._returns, self._is_trimmed = 0, True
+            self._delete_inactive()
+            self._engine.mark_stale()
         self._idle += steps
 
     def clear(self) -> None:
         """Delete all inactive bodies, before MuJoCo's arrays or the spec are read."""
         if self.inactive:
-            if self.free:
+            if self.free and not self._slots[0].is_former:
                 self._back_off()
             self._delete_inactive()
             self._engine.mark_stale()
@@ -162,24 +181,31 @@ class BodyPool:
         fresh, mixed = len(self._added), self._mixed
         self._added.clear()
         self._mixed = False
-        if 2 * self._next < len(self._slots):
+        if self._slots and self._slots[0].is_former:
+            pass  # it was not made for others
+        elif 2 * self._next < len(self._slots):
             self._back_off()
         elif self._slots:
             self._threshold = STREAK
         self._delete_inactive()
         self._streak = self._streak + 1 if fresh and not mixed else 0
         is_first = self.expects_bodies and fresh > 0
-        if is_first:
+        wanted = self._threshold
+        if self._engine.is_kept and self._engine.time == 0.0:
+            wanted += MORE_AT_START
+        if is_first or self._is_trimmed:
+            wanted = self._threshold
             self._streak, self.expects_bodies = self._threshold, False
         self._idle = 0
-        if self._streak < self._threshold or spec.sensors or _may_sleep(spec):
+        if self._streak < wanted or spec.sensors or _may_sleep(spec):
             return 0
         templates = self._pooled_templates()
         if not templates:
             return 0
         self._has_articulated = any(template.description.joints for template in templates)
         fewest = FEWEST_ARTICULATED if self._has_articulated else HISTORY_LENGTH if is_first else FEWEST
-        size = self._compile_cost()
+        size = 0 if self._is_trimmed or self._all_return(fresh) else self._compile_cost()
+        self._is_trimmed = False
         count = max(fewest, fresh, min(size, MORE + size // 2, MOST))
         for number, template in enumerate(islice(cycle(templates), count)):
             self.is_used = True
@@ -187,6 +213,20 @@ class BodyPool:
                 add_pooled_body(spec, self._engine.assets, template, _SLOT_NAME.format(number))
             )
         return sum(slot.template.counts["geom"] for slot in self._slots)
+
+    def forgo(self) -> int:
+        """Note a compile without pooled bodies, one that the world before had, too; return 0."""
+        self._added.clear()
+        self._mixed, self._streak, self._idle = False, 0, 0
+        return 0
+
+    def _all_return(self, fresh: int) -> bool:
+        """Return whether all recent additions but the last few were removed again, the newest first.
+
+        Their rows are free then for the next ones.
+        """
+        before = list(self._returned)[: len(self._returned) - fresh][1 - STREAK :]
+        return len(before) == STREAK - 1 and all(before)
 
     def locate(self) -> None:
         """Look up the rows of pooled bodies after a compile, and make them inactive."""
@@ -285,16 +325,16 @@ class BodyPool:
         """
         if self._engine.is_stale or not self.free or not is_poolable(description, options):
             return None
-        if position.shape != (3,) or not np.isfinite(position).all():
+        if position.shape != (3,) or not all(map(isfinite, position.tolist())):
             return None  # the compile raises the error
         template = self._templates.find(description, options)
         if template is None:
             return None
-        layout, slots = template.layout, self._slots
+        layout, slots, edits = template.layout, self._slots, self._engine.element_edits
         fitting = (
             k
             for k in range(self._next, len(slots))
-            if slots[k].template.layout == layout and slots[k].is_free
+            if slots[k].template.layout == layout and slots[k].is_free(edits)
         )
         found = next(fitting, None)
         if found is None:
@@ -329,31 +369,60 @@ class BodyPool:
     def forget(self, body: EngineBody) -> None:
         """Note that a body was removed."""
         self._added.discard(body.id)
+        others, returned = self._engine.body_by_id, self._returned
+        if not others or next(reversed(others)) < body.id:
+            for place in range(len(returned) - 1, -1, -1):
+                if not returned[place]:
+                    returned[place] = True
+                    self._returns += 1
+                    return
+        self._returns = 0
 
-    def release(self, body: EngineBody) -> bool:
-        """Make a removed body inactive; return False where its elements must be deleted now."""
-        self.forget(body)
+    def can_release(self, body: EngineBody) -> bool:
+        """Return whether a body can become inactive, so that its elements stay until the next compile."""
         engine = self._engine
         if engine.is_stale or not is_apart(body, engine.live_model):
             return False
         built = body.built
         if engine.would_be_pile(more_dofs=0) and not engine.would_be_pile(more_dofs=-built.free_dofs):
             return False  # contacts turn hard again: their numbers are in the spec
-        slot = self._slot_of.pop(body.id, None)
-        if slot is None and (
-            len(built.links) > 1 or len(self._removed) > max(FEWEST, len(engine.body_by_id))
-        ):
-            return False
+        if body.id in self._slot_of:
+            return True
+        if len(built.links) > 1:
+            return self._former_template(body) is not None
+        return len(self._removed) <= max(FEWEST, len(engine.body_by_id))
+
+    def _former_template(self, body: EngineBody) -> BodyTemplate | None:
+        """Return the template of a body of several links that the next one like it may follow in its rows.
+
+        It is the newest, so that bodies stay in the order of their ids, and no pooled bodies come after it.
+        """
+        plan, bodies = body.plan_of_elements, self._engine.body_by_id
+        if plan is None or plan.armatures or self._slots or next(reversed(bodies), body.id) > body.id:
+            return None
+        if not is_poolable(plan.description, plan.options):
+            return None
+        return self._templates.find(plan.description, plan.options)
+
+    def release(self, body: EngineBody) -> None:
+        """Make a removed body inactive, which `can_release`."""
+        slot, built = self._slot_of.pop(body.id, None), body.built
         self._idle = 0
+        if slot is None and len(built.links) > 1:
+            template = self._former_template(body)
+            assert template is not None
+            slot = self._rows.former(built, template, _FORMER_NAME)
+            self._slots, self._next = [slot], 1
+            self.is_used = self._has_articulated = True
         if slot is None:
             self._rows.deactivate_body(built, _REMOVED_NAME.format(len(self._removed)))
             self._removed.append(built)
             self.is_used = True
-            return True
+            return
         self._rows.deactivate(slot)
-        while self._next and self._slots[self._next - 1].is_free:
+        edits = self._engine.element_edits
+        while self._next and self._slots[self._next - 1].is_free(edits):
             self._next -= 1
-        return True
 
 
 def _may_sleep(spec: Any) -> bool:

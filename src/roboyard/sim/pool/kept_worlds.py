@@ -6,11 +6,13 @@ such a reset. What a world's first compile was made from, its key, is therefore 
 world before. The second time that it is the same, the numbers of the compiled model are copied; from the
 third time on, spec, model and data are taken over, and the model gets those numbers back, so that nothing of
 what happened in between is left.
+
+A program that reads a state between two additions compiles a world that grows then. Its later compiles have
+keys, too. Each that came before is made of a spec of its own, which it can be taken over with.
 """
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 from typing import Any
 
@@ -22,6 +24,7 @@ from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets
 from roboyard.sim.build.planned import PlannedBody
 from roboyard.sim.build.records import Built
+from roboyard.sim.pool.model_memory import memory_of
 from roboyard.transforms import to_wxyz
 
 MOST_BYTES = 64 * 2**20
@@ -94,13 +97,23 @@ class KeptWorld:
             mujoco.mj_resetData(model, data)
 
 
+Compile = tuple[CompileKey, KeptWorld | None]
+"""The input of a compile, and its world; None where the key was the first of its kind."""
+
+
 @dataclass(kw_only=True, slots=True, eq=False)
 class FormerWorld:
     """The rest of a world that another one replaces."""
 
-    key: CompileKey
-    kept: KeptWorld | None
-    """None where its key was the first of its kind."""
+    compiles: tuple[Compile, ...]
+    """All of that world, in order."""
+
+    def compile_like(self, key: CompileKey, place: int) -> Compile | None:
+        """Return the compile at a place among all; None where it was made from another input."""
+        if place >= len(self.compiles):
+            return None
+        found = self.compiles[place]
+        return found if key.is_like(found[0]) else None
 
 
 def keep(
@@ -141,15 +154,3 @@ def keep(
         numbers=memory.copy(),
         inertia=float(model.stat.meaninertia),
     )
-
-
-def memory_of(model: Any) -> np.ndarray | None:
-    """Return (n,) bytes: all arrays of an MjModel, which MuJoCo has in one block; None if it has not."""
-    found = [getattr(model, name) for name in dir(type(model)) if not name.startswith("_")]
-    arrays = [values for values in found if isinstance(values, np.ndarray) and values.size]
-    arrays = [values for values in arrays if values.flags.c_contiguous and not values.flags.owndata]
-    first = min(values.ctypes.data for values in arrays)
-    size = max(values.ctypes.data + values.nbytes for values in arrays) - first
-    if size > model.nbuffer:
-        return None
-    return np.ctypeslib.as_array((ctypes.c_uint8 * size).from_address(first))

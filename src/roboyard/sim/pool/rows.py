@@ -12,6 +12,7 @@ from roboyard._records import dataclass
 from roboyard.sim.build.bodies import build
 from roboyard.sim.build.records import BuildOptions, Built
 from roboyard.sim.build.solver_options import scale_tolerance
+from roboyard.sim.pool.model_memory import memory_of
 from roboyard.sim.pool.templates import BodyTemplate, row_starts
 from roboyard.sim.protocols import EngineBody, PoolEngine
 from roboyard.transforms import Array
@@ -47,13 +48,24 @@ class PooledBody:
     """Id of the body that uses it; -1 while it is inactive."""
     is_pristine: bool = True
     """Whether no body has used it yet."""
+    is_former: bool = False
+    """Whether it was compiled as a body."""
     starts: dict[str, int] = field(default_factory=dict)
     """First row in each kind of array."""
+    edits: int = -1
+    """Edits of the spec's elements so far when it was used last."""
+    places: np.ndarray | None = None
+    """Places of all its rows in the memory of MuJoCo's model, once they were looked up."""
 
-    @property
-    def is_free(self) -> bool:
-        """Whether a body can use it; one of several links can be used only once."""
-        return self.owner < 0 and (self.is_pristine or self.built is None)
+    def is_free(self, edits: int) -> bool:
+        """Return whether a body can use it.
+
+        One of several links can be used again as long as its elements are known.
+
+        Args:
+            edits: of the spec's elements so far.
+        """
+        return self.owner < 0 and (self.is_pristine or self.built is None or self.edits == edits)
 
     def rename(self, name: str) -> None:
         """Rename its elements to those of a body whose names have this prefix (ending in "/")."""
@@ -93,6 +105,8 @@ class PoolRows:
     def __init__(self, engine: PoolEngine) -> None:
         self._engine = engine
         self._arrays: dict[str, np.ndarray] = {}
+        self._memory: np.ndarray | None = None
+        """The bytes of the model's arrays, once they were looked for; none where they are not one block."""
         self._mass = self._inertia = self._resting = 0.0
         """Mass and inertia of active bodies, inertia of inactive ones."""
         self._dofs = 0
@@ -102,9 +116,10 @@ class PoolRows:
     def locate(self, pool: list[PooledBody]) -> None:
         """Look up the rows of pooled bodies after a compile, and make them inactive."""
         model = self._engine.live_model
-        self._arrays, self._inactive = {}, {}
+        self._arrays, self._inactive, self._memory = {}, {}, None
         for slot in pool:
             counts = slot.template.counts
+            slot.places = None
             slot.starts = row_starts(model, slot.element.id, counts["body"])
             self._hide(slot.starts, counts)
         self.update_inertia()
@@ -133,21 +148,25 @@ class PoolRows:
         """
         starts, related = slot.starts, slot.is_pristine and slot.template.family is template.family
         if not (related and slot.template is template):
-            _write_elements(slot, template, only_numbers=related)
+            is_known = slot.edits == self._engine.element_edits  # but for friction
+            _write_elements(slot, template, only_numbers=related or is_known)
+            if is_known:
+                self._write_friction(slot, template)
         slot.element.pos, slot.element.quat = position, wxyz
-        if not related:
-            names: Any = template.blocks
-        elif slot.template is template:
-            names = INACTIVE_FIELDS if slot.built is None else (*INACTIVE_FIELDS, *INACTIVE_JOINTS)
-        else:
-            names = (*INACTIVE_FIELDS, *template.varied, *slot.template.varied)
         blocks, kinds = template.blocks, template.kinds
+        if related:
+            if slot.template is not template:
+                names: Any = (*INACTIVE_FIELDS, *template.varied, *slot.template.varied)
+            else:
+                names = INACTIVE_FIELDS if slot.built is None else (*INACTIVE_FIELDS, *INACTIVE_JOINTS)
+        else:
+            names = () if self._write_whole(slot, template) else blocks
         for label in names:
             block, start = blocks[label], starts[kinds[label]]
             self._array(label)[start : start + len(block)] = block
-        if slot.built is not None and options.contype != template.options.contype:
+        if slot.built is not None and not (slot.is_pristine and options.contype == template.options.contype):
             self._set_masks(slot, options)
-        slot.template, slot.is_pristine = template, False
+        slot.template, slot.is_pristine, slot.edits = template, False, self._engine.element_edits
         row, first, data = starts["body"], starts["qpos"], self._engine.live_data
         self._array("body_pos")[row] = position
         self._array("body_quat")[row] = wxyz
@@ -162,6 +181,53 @@ class PoolRows:
         self._add_to_totals(starts, template.counts, 1)
         self._resting -= self._inactive.pop(row)[2]
         self._write_totals()
+
+    def _write_friction(self, slot: PooledBody, template: BodyTemplate) -> None:
+        """Write a template's coefficients of friction, and what depends on them, into the spec."""
+        geoms, blocks = slot.geoms, template.blocks
+        if slot.built is not None:
+            geoms = [geom for record in slot.built.links for geom in (*record.geoms, *record.visuals)]
+        for geom in geoms:
+            place = geom.id - slot.starts["geom"]
+            geom.friction, geom.condim = blocks["geom_friction"][place], blocks["geom_condim"][place]
+
+    def former(self, built: Built, template: BodyTemplate, name: str) -> PooledBody:
+        """Return a compiled body of several links, whose elements agree with a template, as a pooled one."""
+        root = built.links[0]
+        starts = row_starts(self._engine.live_model, root.element.id, template.counts["body"])
+        return PooledBody(
+            name=name,
+            template=template,
+            element=root.element,
+            free_joint=built.free_joint,
+            geoms=[*root.geoms, *root.visuals],
+            built=built,
+            is_pristine=False,
+            is_former=True,
+            edits=self._engine.element_edits,
+            starts=starts,
+        )
+
+    def _write_whole(self, slot: PooledBody, template: BodyTemplate) -> bool:
+        """Write all rows of a slot at once; return whether MuJoCo's arrays are in one block of memory."""
+        memory = self._memory
+        if memory is None:
+            found = memory_of(self._engine.live_model)
+            memory = self._memory = np.zeros(0, np.uint8) if found is None else found
+        if not len(memory):
+            return False
+        places = slot.places
+        if places is None:
+            start, parts = memory.ctypes.data, list[np.ndarray]()
+            for label, block in template.blocks.items():
+                values = self._array(label)
+                first = values.ctypes.data - start + slot.starts[template.kinds[label]] * values.strides[0]
+                parts.append(np.arange(first, first + block.nbytes if len(block) else first))
+            places = slot.places = np.concatenate(parts)
+        if len(places) != len(template.all_bytes):
+            return False
+        memory[places] = template.all_bytes
+        return True
 
     def deactivate(self, slot: PooledBody) -> None:
         """Make a body of the pool inactive."""
@@ -257,9 +323,10 @@ def is_apart(body: EngineBody, model: Any) -> bool:
     links = built.links
     if any(record.terrains or record.windows or record.actuator is not None for record in links):
         return False
-    for element in (record.element for record in links):
-        if element.sites or element.cameras or element.lights:
-            return False
+    if model.nsite or model.ncam or model.nlight:
+        for element in (record.element for record in links):
+            if element.sites or element.cameras or element.lights:
+                return False
     if len(links) == 1 and links[0].element.bodies:
         return False
     of_bodies = model.eq_objtype == _OF_BODIES if model.neq else _NONE
@@ -277,6 +344,8 @@ def _rows(kind: str, starts: dict[str, int], counts: dict[str, int]) -> slice:
 
 def _write_elements(slot: PooledBody, template: BodyTemplate, *, only_numbers: bool) -> None:
     """Write a template's fields into the spec; with `only_numbers` those that differ."""
+    if only_numbers and slot.template is template:
+        return
     pairs = [(slot.element, template.body, slot.template.body)]
     pairs += zip(slot.geoms, template.geoms, slot.template.geoms, strict=True)
     for element, fields, before in pairs:

@@ -70,6 +70,7 @@ class BodyTemplate:
     """The template whose numbers this one has except for `varied`; None for a compiled one."""
     varied: tuple[str, ...] = ()
     """Names of those blocks."""
+    _all_bytes: np.ndarray | None = None
     _given: tuple[dict[str, Any], list[dict[str, Any]]] | None = None
 
     @property
@@ -85,6 +86,14 @@ class BodyTemplate:
     def is_current(self) -> bool:
         """Whether the mesh files are unchanged."""
         return not self.files or self.files == mesh_files(self.description)
+
+    @property
+    def all_bytes(self) -> np.ndarray:
+        """(n,) bytes of all blocks, one after the other."""
+        if self._all_bytes is None:
+            whole = b"".join([block.tobytes() for block in self.blocks.values()])
+            self._all_bytes = np.frombuffer(whole, np.uint8)
+        return self._all_bytes
 
     def given(self) -> tuple[dict[str, Any], list[dict[str, Any]]]:
         """Fields of the body and of its geoms that differ from MuJoCo's defaults."""

@@ -59,7 +59,7 @@ class CollisionFilters:
         for a, b, collide in pairs:
             (self._disabled.discard if collide else self._disabled.add)(_key(a, b))
         if not known or not self._write_live():
-            world.mark_stale()
+            world.mark_stale(grows=True)
 
     def collides(self, a: Link, b: Link) -> bool:
         """Return whether a pair is not excluded."""
@@ -144,6 +144,10 @@ class CollisionFilters:
         """Take over what `elements` returned of a world with an equal key."""
         places = self._by_place(self._disabled)
         self._elements = {key: elements[place] for place, key in places.items()}
+
+    def leave(self) -> None:
+        """Note that the spec is another one, without exclusions yet."""
+        self._elements = {}
 
     def _by_place(self, keys: Mapping[Key, Any] | set[Key]) -> dict[Key, Any]:
         """Return keys with places in the world instead of ids of bodies, and what each is of."""

@@ -1,14 +1,15 @@
 """Constraints between links besides joints: welds, slides, points and gears, with force bounds.
 
 In the spec that is compiled, the frames of welds, slides and points belong to the world; which link each is
-on, and where, is written into MuJoCo's arrays. So a constraint that is removed becomes inactive, and the next
-one of its size takes its rows, both without a compile. A spec that is read has all frames on their links.
+on, and where, is written into MuJoCo's arrays, as are the joints of gears. So a constraint that is removed
+becomes inactive, and the next one of its size takes its rows, both without a compile; a gear of three joints
+is compiled. A spec that is read has all frames on their links.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from struct import Struct
 from typing import Any, Literal
 
@@ -98,8 +99,10 @@ class Constraints:
         """Called before new constraints enter the spec: adds those that other layers have not added yet."""
         self.before_reuse: Callable[[], None] | None = None
         """Called before rows of a removed constraint become another's, while they hold the last step."""
-        self._inactive: dict[bool, list[Elements]] = {False: [], True: []}
-        """Elements of removed constraints in the spec, inactive, by whether these were points."""
+        self._inactive: dict[str, list[Elements]] = {"weld": [], "point": [], "gear": []}
+        """Elements of removed constraints in the spec, inactive, by kind; slides are welds."""
+        self._geared: dict[str, tuple[int, int]] = {}
+        """By name of a gear's element in the spec, the ids of the bodies whose joints it names."""
         self._positions: Any = None
         self._quaternions: Any = None
         """The memory of MuJoCo's positions and quaternions of sites."""
@@ -235,27 +238,53 @@ class Constraints:
                 raise RoboyardError(f"joint {joint.name!r} is {joint.type}; gears couple hinges and slides")
         _check_finite("the ratio", ratio)
         _check_force(max_force)
-        self.enter_new()
-        name, spec = f"constraint{self._next}", self._world.raw_spec
-        names = [j._built.joint_elements[0].name for j in (joint_a, joint_b, against) if j is not None]
-        tendon = None
-        kind, of, first, second = mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtObj.mjOBJ_JOINT, names[0], names[1]
-        if against is not None:
-            tendon = spec.add_tendon(name=name)
-            for joint_name, coefficient in zip(names, (1.0, ratio, -1.0), strict=True):
-                tendon.wrap_joint(joint_name, coefficient)
-            kind, of, first, second = mujoco.mjtEq.mjEQ_TENDON, mujoco.mjtObj.mjOBJ_TENDON, name, ""
-        element = spec.add_equality(name=name, type=kind, objtype=of, name1=first, name2=second)
-        constraint = Constraint(
-            id=self._next, kind="gear", link_a=joint_a.child, link_b=joint_b.child, element=element
-        )
-        constraint.tendon = tendon
-        _stiffen(element)
-        self._register(constraint, max_force)
-        self._world.mark_stale()
+        if self.before_entering is not None:
+            self.before_entering()
+        joints, found = (joint_a, joint_b), self._inactive["gear"]
+        constraint = Constraint(id=self._next, kind="gear", link_a=joint_a.child, link_b=joint_b.child)
+        if against is None and found and not self._world.is_stale:
+            self._reuse_gear(constraint, joints, max_force)
+        else:
+            self.enter_new()
+            if against is None and found:
+                constraint.element = found.pop()[0]
+                constraint.element.active = True
+                self._name_joints(constraint.element, joints)
+            else:
+                self._add_gear(constraint, joints if against is None else (*joints, against), ratio)
+            self._register(constraint, max_force)
+            self._world.mark_stale()
         offset = joint_a.position + ratio * joint_b.position
         self.set_gear(constraint, ratio, offset if against is None else offset - against.position)
         return constraint
+
+    def _add_gear(self, constraint: Constraint, joints: Sequence[Joint], ratio: float) -> None:
+        """Add the elements of a gear of two or three joints to the spec."""
+        name, spec = f"constraint{constraint.id}", self._world.raw_spec
+        kind, of = mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtObj.mjOBJ_JOINT
+        if len(joints) > 2:
+            constraint.tendon = spec.add_tendon(name=name)
+            for joint, coefficient in zip(joints, (1.0, ratio, -1.0), strict=True):
+                constraint.tendon.wrap_joint(joint._built.joint_elements[0].name, coefficient)
+            kind, of = mujoco.mjtEq.mjEQ_TENDON, mujoco.mjtObj.mjOBJ_TENDON
+        constraint.element = spec.add_equality(name=name, type=kind, objtype=of, name1=name)
+        if len(joints) == 2:
+            self._name_joints(constraint.element, joints)
+        _stiffen(constraint.element)
+
+    def _name_joints(self, element: Any, joints: Sequence[Joint]) -> None:
+        """Write the names of a gear's joints into the spec."""
+        element.name1, element.name2 = (joint._built.joint_elements[0].name for joint in joints)
+        self._geared[element.name] = joints[0].body.id, joints[1].body.id
+
+    def _reuse_gear(self, constraint: Constraint, joints: Sequence[Joint], max_force: float) -> None:
+        """Let a new gear of two joints have the row of a removed one."""
+        model, number = self._take_inactive(constraint, max_force)
+        self._name_joints(constraint.element, joints)
+        one, two = (joint._built.joint_elements[0].id for joint in joints)
+        model.eq_obj1id[number], model.eq_obj2id[number] = one, two
+        self._world.live_data.eq_active[number] = model.eq_active0[number] = True
+        self._changed()
 
     def _between(
         self,
@@ -286,7 +315,7 @@ class Constraints:
             self._edits = -1 if world.is_stale else world.edits
         self._new.append(constraint)
         self._register(constraint, max_force)
-        world.mark_stale()
+        world.mark_stale(grows=True)
         if self._edits >= 0:
             self._edits += 1
         return constraint
@@ -315,7 +344,7 @@ class Constraints:
         """Return whether there are any, those included that other layers have not added yet."""
         if self.before_entering is not None:
             self.before_entering()
-        return bool(self._by_id or self._inactive[False] or self._inactive[True])
+        return bool(self._by_id) or any(self._inactive.values())
 
     def complete_spec(self) -> None:
         """Put all frames on their links in the spec, and delete what is inactive, before the spec is read."""
@@ -338,7 +367,7 @@ class Constraints:
 
     def delete_inactive(self) -> None:
         """Delete what is inactive from the spec, before MuJoCo's arrays are read by others."""
-        if not (self._inactive[False] or self._inactive[True]):
+        if not any(self._inactive.values()):
             return
         for found in self._inactive.values():
             for elements in found:
@@ -347,7 +376,7 @@ class Constraints:
         self._world.mark_stale()
 
     def _enter(self, constraint: Constraint) -> None:
-        found = self._inactive[constraint.kind == "point"]
+        found = self._inactive[_size(constraint.kind)]
         if found:
             constraint.element, constraint.site_a, constraint.site_b = found.pop()
             constraint.element.active = True
@@ -376,22 +405,27 @@ class Constraints:
 
     def _reuse(self, constraint: Constraint, max_force: float) -> bool:
         """Let a new constraint have the rows of a removed one; return whether there were any."""
-        found = self._inactive[constraint.kind == "point"]
-        if not found:
+        if not self._inactive[_size(constraint.kind)]:
             return False
+        model, _ = self._take_inactive(constraint, max_force)
+        self._write(constraint, model, self._world.live_data)
+        self._changed()
+        return True
+
+    def _take_inactive(self, constraint: Constraint, max_force: float) -> tuple[Any, int]:
+        """Give a new constraint the elements of a removed one; return MuJoCo's model and its row there."""
         world = self._world
         if self.before_reuse is not None:
             self.before_reuse()
-        constraint.element, constraint.site_a, constraint.site_b = found.pop()
+        found = self._inactive[_size(constraint.kind)].pop()
+        constraint.element, constraint.site_a, constraint.site_b = found
         constraint.element.active = True
         self._register(constraint, max_force)
         model, data, number = world.live_model, world.live_data, constraint.element.id
         model.eq_solref[number], model.eq_solimp[number] = STIFF_SOLREF, STIFF_SOLIMP
         ours = data.efc_id[: data.ne] == number
         data.efc_force[: data.ne][ours] = 0.0  # of the removed one
-        self._write(constraint, model, data)
-        self._changed()
-        return True
+        return model, number
 
     def _changed(self) -> None:
         """Note that a constraint came or went without a compile."""
@@ -512,8 +546,8 @@ class Constraints:
         del self._by_id[constraint.id]
         self._bounds = None
         elements = constraint.element, constraint.site_a, constraint.site_b
-        if constraint.has_frames and not constraint.is_in_place:
-            self._inactive[constraint.kind == "point"].append(elements)
+        if constraint.tendon is None and not constraint.is_in_place:
+            self._inactive[_size(constraint.kind)].append(elements)
             if world.takes_numbers():
                 model, number = world.live_model, constraint.element.id
                 world.live_data.eq_active[number] = model.eq_active0[number] = False
@@ -541,6 +575,13 @@ class Constraints:
             ends = (constraint.link_a, constraint.link_b)
             if any(link is not None and link.body.id == body_id for link in ends):
                 self.remove(constraint)
+        gears = self._inactive["gear"]
+        ending = [elements for elements in gears if body_id in self._geared[elements[0].name]]
+        for elements in ending:  # they name joints that end
+            gears.remove(elements)
+            _delete(self._world.raw_spec, elements)
+        if ending:
+            self._world.mark_stale()
 
     def invalidate(self) -> None:
         """Write into MuJoCo's arrays, which are new."""
@@ -616,16 +657,16 @@ class Constraints:
                 pull = (-CORRECTION * most**2 / timestep**2, -most / timestep)
                 model.eq_solref[constraint.element.id] = pull
 
-    def trees(self, model: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what the solver of rows in turn needs to know of all equalities.
+    def write_trees(self, model: Any, trees: np.ndarray, aux: np.ndarray, places: np.ndarray) -> None:
+        """Write what the solver of rows in turn needs to know of all equalities.
 
-        Returns:
-            (neq, 2) kinematic trees, -1 for none, -2 for equalities that are not of these constraints;
-            (neq,) degree of freedom of a gear's third joint, -1 for none; (neq, 2) sites of the frames, -1
-            for none.
+        Args:
+            model: MjModel.
+            trees: (neq, 2) kinematic trees, -1 for none, -2 for equalities that are not of these constraints.
+            aux: (neq,) degree of freedom of a gear's third joint, -1 for none.
+            places: (neq, 2) sites of the frames, -1 for none.
         """
-        trees = np.full((model.neq, 2), -2, np.int32)
-        aux, places = np.full(model.neq, -1, np.int32), np.full((model.neq, 2), -1, np.int32)
+        trees[:], aux[:], places[:] = -2, -1, -1
         owner_of, tree_of = model.site_bodyid.item, model.body_treeid.item
         for constraint in self._by_id.values():
             equality = constraint.element.id
@@ -642,24 +683,22 @@ class Constraints:
                 found = tree_of(owner_of(sites[0])), tree_of(owner_of(sites[1]))
                 places[equality] = sites
             trees[equality] = found
-        return trees, aux, places
 
     @property
     def equalities(self) -> list[int]:
         """Rows of all constraints among MuJoCo's equalities, in the order in which they were added."""
         return [constraint.element.id for constraint in self._by_id.values()]
 
-    def bounds_and_shares(self, model: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Return (neq, 2) bounds of rows, the last three of a weld's apart, and (neq,) shares.
+    def write_bounds(self, bounds: np.ndarray, shares: np.ndarray) -> None:
+        """Write (neq, 2) bounds of rows, the last three of a weld's apart, and (neq,) shares.
 
         The bounds are in the rows' units, of which a weld's last are half angles.
         """
-        bounds, shares = np.full((model.neq, 2), LARGEST_FORCE), np.ones(model.neq)
+        bounds[:], shares[:] = LARGEST_FORCE, 1.0
         for constraint in self._by_id.values():
             force, equality = min(constraint.max_force, LARGEST_FORCE), constraint.element.id
             bounds[equality] = force, 2.0 * force
             shares[equality] = constraint.share
-        return bounds, shares
 
     def free_axes(self, model: Any, data: Any) -> None:
         """Free slides along their axes, between the halves of a step."""
@@ -727,6 +766,11 @@ def _unit(values: ArrayLike) -> tuple[float, float, float, float]:
             return (x / length, y / length, z / length, w / length)
     i, j, k, r = normalized(values).tolist()
     return i, j, k, r
+
+
+def _size(kind: Kind) -> str:
+    """Return the kind of the constraints with as many rows."""
+    return "weld" if kind == "slide" else kind
 
 
 def _delete(spec: Any, elements: Elements) -> None:

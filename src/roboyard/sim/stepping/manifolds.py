@@ -30,6 +30,7 @@ from roboyard.sim.stepping.impulses.records import (
     PAIRS,
     RANKED,
     RENUMBERED,
+    SHAPES,
     SORTED,
     TABLE,
     WORK,
@@ -44,11 +45,13 @@ from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.manifold_kernels")
 edge_kernels = lazy_module("roboyard.sim.stepping.narrow_phase.edge_kernels")
+meeting_pairs = lazy_module("roboyard.sim.stepping.impulses.meeting_pairs")
 face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
 _OWNERS, _SETS = "owners of geoms", 4
 """Name in `Engine.of_arrays`, and number of sets of bodies that are kept."""
+_NO_GEOMS = np.zeros(0, np.int32)
 _BLANK = mujoco.MjContact()
 """Given to MuJoCo for contacts that are written then."""
 
@@ -111,6 +114,29 @@ class Manifolds:
         if self._bound is not None:
             self._kept = self.save()
             self._bound = None
+
+    def change(self, body: Body, *, is_there: bool) -> None:
+        """Note that rows of MuJoCo's arrays, which stay, became a body's or are no longer one's.
+
+        Args:
+            body: the body.
+            is_there: whether the rows are its own from now on.
+        """
+        bound = self._bound
+        if bound is None:
+            return
+        if not bound.keeps:
+            self.invalidate()
+            return
+        owners, geoms = bound.owners, list[int]()
+        for link, rows in enumerate(body.geom_rows):
+            for place, geom in enumerate(rows):
+                owners[geom] = (body.id, link, place) if is_there else -1
+            geoms += rows
+        rows = np.array(geoms, np.int32)
+        meeting_pairs().renumber(
+            self.points, bound.trees, *((_NO_GEOMS, rows) if is_there else (rows, _NO_GEOMS))
+        )
 
     def save(self) -> KeptPoints | None:
         """Return a copy of all points; None where there are none."""
@@ -248,7 +274,6 @@ class Manifolds:
         if room >= contacts and not is_full:
             return
         grown = _points(
-            len(points.wide),
             points.turns,
             points.tree_places,
             max(2 * contacts, room),
@@ -283,15 +308,16 @@ class Manifolds:
             frames=(data.xpos, data.xmat),
             fields=fields_of(model, data, windows_of(world.body_by_id.values())),
             owners=owners,
+            trees=model.body_treeid[model.geom_bodyid].astype(np.int32),
             seen=2 * world.profile.contact_margin,
         )
         kept, self._kept = self._kept, None
         old = self.points
         met = 0 if kept is None else len(kept.met.ranks)
-        every = len(turns) * (len(turns) - 1) // 2
+        every = len(turns) * (len(turns) - 1) // 2  # of all geoms, those that have no body yet, too
         meeting = min(every, max(16 * len(turns), 4096))
         room = old.keys.shape[1], max(meeting, old.pairs.shape[1], met, 16)
-        self.points = _points(model.ngeom, turns, places, *room)
+        self.points = _points(turns.copy(), places.copy(), *room)
         if kept is not None:
             self._take(kept, self._bound)
 
@@ -359,6 +385,8 @@ class _Bound:
     fields: Fields
     owners: np.ndarray
     """(ngeom, 3) body, link and place in the link of each geom."""
+    trees: np.ndarray
+    """(ngeom,) tree of each geom, -1 for what is fixed."""
     seen: float
     """Gap (m) up to which MuJoCo finds contacts."""
 
@@ -366,13 +394,14 @@ class _Bound:
 @cache
 def _no_points() -> Points:
     """Return room for no points, which nothing is written into."""
-    return _points(0, np.zeros(0, np.int32), np.zeros(0, np.int32), 0, 0)
+    return _points(np.zeros(0, np.int32), np.zeros(0, np.int32), 0, 0)
 
 
-def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int) -> Points:
+def _points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int) -> Points:
     """Return room for the points of so many pairs, and for so many pairs whose boxes meet."""
+    geoms, shapes, notes = len(turns), np.count_nonzero(turns >= 0), np.zeros(NOTES, np.int64)
     new, ages = np.zeros((geoms, 6)), np.zeros(geoms, np.int32)
-    new[:, 0], ages[turns] = 1.0, np.arange(len(turns))
+    new[:, 0], ages[turns[:shapes]], notes[SHAPES] = 1.0, np.arange(shapes), shapes
     return Points(
         kinds=_kinds_that_keep(),
         keys=np.zeros((2, pairs), np.int64),
@@ -394,7 +423,7 @@ def _points(geoms: int, turns: np.ndarray, tree_places: np.ndarray, pairs: int, 
         work=np.zeros((WORK, meeting), np.int32),
         following=np.zeros(5 * pairs, np.int32),
         sequence=np.zeros(5 * pairs, np.int32),
-        notes=np.zeros(NOTES, np.int64),
+        notes=notes,
     )
 
 
@@ -411,15 +440,19 @@ def _owners(world: Engine[Body], count: int) -> np.ndarray:
 
 
 def _creation_order(owners: np.ndarray, model: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return bodies' geoms in the order in which these were made, and (ntree,) each tree's place in it."""
+    """Return bodies' geoms in the order in which these were made, and (ntree,) each tree's place in it.
+
+    Of the (ngeom,) first numbers the last are -1 where geoms have no body.
+    """
     turns = np.lexsort((owners[:, 2], owners[:, 1], owners[:, 0])).astype(np.int32)
-    turns = turns[np.count_nonzero(owners[:, 0] < 0) :].copy()
+    loose = np.count_nonzero(owners[:, 0] < 0)
+    turns = turns[loose:].copy()
     trees = model.body_treeid[model.geom_bodyid[turns]]
     first = np.full(model.ntree, len(turns))
     np.minimum.at(first, trees[trees >= 0], np.flatnonzero(trees >= 0))
     places = np.empty(model.ntree, np.int32)
     places[np.argsort(first, kind="stable")] = np.arange(model.ntree)
-    return turns, places
+    return np.concatenate([turns, np.full(loose, -1, np.int32)]), places
 
 
 @cache

@@ -10,6 +10,7 @@ files.
 
 from __future__ import annotations
 
+import itertools
 from functools import cache
 from operator import is_
 from typing import Any
@@ -41,7 +42,11 @@ LIMIT, MOTOR, EQUALITY = range(3)
 _ORDERS = 4
 """Orders of solution that are kept, for programs that create and remove the same in turns."""
 _MADE, _LAST, _SLOTS = "arrays of rows in turn", "last bundle of rows in turn", "orders of rows in turn"
+_SETS = "numbers of sets of limits and motors"
+_PARTS = "limits and motors of bodies"
+_WORK = "work arrays of rows in turn"
 """Names in `Engine.of_arrays`."""
+_NUMBERS = itertools.count()
 _LINE = 64
 """Bytes of a line of the processor's cache."""
 
@@ -81,14 +86,16 @@ class SequentialMotors:
         """The last few of them, by the ids of their records."""
         self._solvers: dict[int, r.Solver] = {}
         """The last few records of the solver, by the number of places of rows."""
-        self._parts: list[BodyParts] | None = None
-        """Limits and motors of each body; None where bodies came or went."""
-        self._known_parts: tuple[Any, bytes, dict[int, BodyParts]] = None, b"", {}
-        """An MjModel, which of its joints have limits, and by id the parts of bodies in it."""
+        self._parts: dict[int, BodyParts] | None = None
+        """Limits and motors of each body by its id; None where bodies came or went."""
+        self._number = -1
+        """Number of the parts; -1 where they changed."""
         self._is_ordered = False
         """Whether the order of solution has all constraints."""
         self._known: tuple[Any, ...] = ()
-        """Revision, time step and profile whose rules are written."""
+        """Revision, time step, profile and motors that were looked up."""
+        self._written: tuple[Any, ...] = ()
+        """The numbers that the solver's rules were written from."""
 
     def set_rounds(self, rounds: int, residual: float) -> None:
         """Set when the solver ends.
@@ -122,6 +129,21 @@ class SequentialMotors:
         self._bundles.clear()
         self._is_ordered = False
         self._known = ()
+
+    def change(self, body: Body, *, is_there: bool) -> None:
+        """Note that rows of MuJoCo's arrays, which stay, became a body's or are no longer one's.
+
+        One without joints has no place in the order of solution.
+        """
+        parts, model = self._parts, self._world.live_model
+        known = self._world.of_arrays.get(_PARTS)
+        if parts is None or body.joints or known is None or known[0] != model.jnt_limited.tobytes():
+            self.note_bodies()
+        elif is_there:
+            parts[body.id] = parts_of(body, model)
+        else:
+            del parts[body.id]
+        self._number = -1
 
     def note_constraints(self) -> None:
         """Note that a constraint came or went without a compile."""
@@ -291,94 +313,137 @@ class SequentialMotors:
                 name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules", "places")
             }
             self._solver = _solver(2 * rows, *lengths, entries=self._width)._replace(**keeps)
+            self._keep_work_arrays()
             self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
         self._surface = self._surface._replace(base=self._surfaces.normal_references(len(self._solver.order)))
         self._bundle = None
 
     def _look_up(self, model: Any, data: Any, timestep: float) -> None:
         world, motors = self._world, self._motors.arrays
-        trees = None
         if self._mechanism is None:
-            trees = self._constraints.trees(model)
             made = world.of_arrays.get(_MADE)
             if made is None:
                 windows = windows_of(world.body_by_id.values())
                 fields = fields_of(model, data, windows)
                 made = world.of_arrays[_MADE] = _mechanism(model), _state(data), fields
             self._mechanism, self._state, self._fields = made
-            rows = max(len(self._solver.order), 16)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
-            self._solver = _solver(rows, model.nv, model.nbody, model.ntree, self._width)
+            self._take_work_arrays(model)
             self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
             self._unbounded = np.full(model.nv, np.inf)
-            self._bundle, self._is_ordered = None, False
+            self._bundle, self._is_ordered, self._written = None, False, ()
         mechanism = self._mechanism
         assert mechanism is not None
         if not self._is_ordered:
-            self._order(mechanism, *(trees or self._constraints.trees(model)))
-        bound, share = self._constraints.bounds_and_shares(model)
-        mechanism.equality_bound[:], mechanism.equality_share[:] = bound, share
+            self._order(mechanism, model)
+        if len(mechanism.equality_share):
+            self._constraints.write_bounds(mechanism.equality_bound, mechanism.equality_share)
         profile, surfaces, solver = world.profile, self._surfaces, self._solver
         surface = surfaces.record(model, data, len(solver.order))
         if not _same(surface, self._surface):
             self._surface, self._bundle = surface, None
         largest = self._unbounded if self._largest is None else self._largest
-        replaced = solver._replace(motors=motors[0], targets=motors[1], largest=largest)
-        if not _same(replaced, solver):
-            self._solver, self._bundle = replaced, None
-        rules = solver.rules
-        rules[r.TIMESTEP], rules[r.ERP], rules[r.CONTACT_ERP] = timestep, profile.erp, profile.contact_erp
-        rules[r.DEEP], rules[r.SLOW], rules[r.RESIDUAL] = profile.deep, profile.slow, self._residual
-        rules[r.ROUNDS] = self._rounds
-        rules[r.IS_PRODUCT], rules[r.IS_COMPLIANT] = profile.product_friction, surfaces.are_compliant
-        rules[r.LIMITS_ARE_HARD], rules[r.CONTACTS_ARE_HARD] = profile.hard_contacts, world.hard_contacts
-        rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
-        rules[r.IS_BOUNDED], rules[r.SLOP] = self._largest is not None, profile.contact_slop
+        if not _same((motors[0], motors[1], largest), (solver.motors, solver.targets, solver.largest)):
+            self._solver = solver._replace(motors=motors[0], targets=motors[1], largest=largest)
+            self._bundle = None
+        written = (
+            *(timestep, profile, self._residual, self._rounds, surfaces.are_compliant, world.hard_contacts),
+            *(self._manifolds.keeps, self._largest is not None),
+        )
+        if written != self._written:
+            self._written = written
+            self._write_rules(solver.rules, timestep)
         if self._manifolds.keeps and len(surface.boxes):
             model.opt.disableflags |= PLACED
         else:
             model.opt.disableflags &= ~PLACED
         self._known = world.revision, timestep, profile, motors
 
-    def _order(
-        self,
-        mechanism: r.Mechanism,
-        equality_tree: np.ndarray,
-        equality_aux: np.ndarray,
-        equality_site: np.ndarray,
-    ) -> None:
+    def _take_work_arrays(self, model: Any) -> None:
+        """Take the solver's arrays of the world whose model this one took over, or make them."""
+        known, made = self._world.of_arrays.get(_WORK), None
+        if known is not None:
+            made, self.contact_rows = known
+            self.contact_rows.invalidate()
+        if made is None or len(made.order) < len(self._solver.order):
+            rows = max(len(self._solver.order), 16)
+            made = _solver(rows, model.nv, model.nbody, model.ntree, self._width)
+        else:
+            made.ends[:] = -1
+            made = made._replace(rules=np.zeros(r.RULES), places=np.zeros(0, np.int32))
+        self._solver = made
+        self._keep_work_arrays()
+
+    def _keep_work_arrays(self) -> None:
+        self._world.of_arrays[_WORK] = self._solver, self.contact_rows
+
+    def _write_rules(self, rules: np.ndarray, timestep: float) -> None:
+        world, profile = self._world, self._world.profile
+        rules[r.TIMESTEP], rules[r.ERP], rules[r.CONTACT_ERP] = timestep, profile.erp, profile.contact_erp
+        rules[r.DEEP], rules[r.SLOW], rules[r.RESIDUAL] = profile.deep, profile.slow, self._residual
+        rules[r.ROUNDS] = self._rounds
+        rules[r.IS_PRODUCT] = profile.product_friction
+        rules[r.IS_COMPLIANT] = self._surfaces.are_compliant
+        rules[r.LIMITS_ARE_HARD], rules[r.CONTACTS_ARE_HARD] = profile.hard_contacts, world.hard_contacts
+        rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
+        rules[r.IS_BOUNDED], rules[r.SLOP] = self._largest is not None, profile.contact_slop
+
+    def _order(self, mechanism: r.Mechanism, model: Any) -> None:
         """Write the order of solution."""
         self._is_ordered = True
+        self._manifolds.points.notes[r.SORTED] = 0  # its groups are joined by equalities, too
         slot, limit_slot, equality_slot = mechanism.slot, mechanism.limit_slot, mechanism.equality_slot
-        equalities = self._constraints.equalities
+        equalities, tree = self._constraints.equalities, mechanism.equality_tree
+        if len(tree):
+            self._constraints.write_trees(model, tree, mechanism.equality_aux, mechanism.equality_site)
         if self._parts is None:
-            model = self._world.live_model
-            state = model, model.jnt_limited.tobytes()
-            if self._known_parts[0] is not model or self._known_parts[1] != state[1]:
-                self._known_parts = (*state, {})
-            known, bodies = self._known_parts[2], self._world.body_by_id
-            now = {key: known.get(key) or parts_of(body, model) for key, body in bodies.items()}
-            self._known_parts, self._parts = (*state, now), list(now.values())
-        parts = tuple((one.trees, one.limits, one.motors) for one in self._parts)
-        made_from = parts, tuple(equalities), equality_tree.tobytes()
+            self._parts, self._number = self._look_up_parts(), -1
+        made_from = self._number_of_parts(self._parts), *equalities, tree.tobytes()
         orders = self._world.of_arrays.setdefault(_SLOTS, {})
         found = orders.get(made_from)
         if found is None:
-            places = _number_places(
-                solution_order(self._parts, equalities, equality_tree), slot, limit_slot, equality_slot
-            )
+            bodies = list(self._parts.values())
+            places = _number_places(solution_order(bodies, equalities, tree), slot, limit_slot, equality_slot)
             orders[made_from] = places, slot.copy(), limit_slot.copy(), equality_slot.copy()
             while len(orders) > _ORDERS:
                 del orders[next(iter(orders))]
         else:
             places = found[0]
             slot[:], limit_slot[:], equality_slot[:] = found[1:]
-        mechanism.equality_order[:] = -1
-        mechanism.equality_order[: len(equalities)] = equalities
-        mechanism.equality_tree[:] = np.where(equality_slot[:, None] >= 0, equality_tree, -2)
-        mechanism.equality_aux[:], mechanism.equality_site[:] = equality_aux, equality_site
+        if len(tree):
+            mechanism.equality_order[:] = -1
+            mechanism.equality_order[: len(equalities)] = equalities
+            tree[equality_slot < 0] = -2
         if places != len(self._solver.places):
             self._solver, self._bundle = self._solver_for(places), None
+
+    def _number_of_parts(self, parts: dict[int, BodyParts]) -> int:
+        """Return the same number for the same parts of all bodies, which takes less time to compare."""
+        if self._number < 0:
+            known: dict[Any, int] = self._world.of_arrays.setdefault(_SETS, {})
+            key = tuple((one.trees, one.limits, one.motors) for one in parts.values())
+            number = known.get(key)
+            if number is None:
+                number = known[key] = next(_NUMBERS)
+                while len(known) > _ORDERS:
+                    del known[next(iter(known))]
+            self._number = number
+        return self._number
+
+    def _look_up_parts(self) -> dict[int, BodyParts]:
+        """Return the limits and motors of each body by its id; they depend on its row."""
+        world, model = self._world, self._world.live_model
+        limits, known = model.jnt_limited.tobytes(), world.of_arrays.get(_PARTS)
+        if known is None or known[0] != limits:
+            known = world.of_arrays[_PARTS] = limits, {}
+        of_row, found = known[1], dict[int, BodyParts]()
+        for key, body in world.body_by_id.items():
+            place = body.mujoco_ids.item(0), len(body.links)
+            parts = of_row.get(place)
+            if parts is None:
+                parts = of_row[place] = parts_of(body, model)
+            found[key] = parts
+        return found
 
     def _solver_for(self, places: int) -> r.Solver:
         """Return the solver with so many places of rows; the one before, where it is the same otherwise."""

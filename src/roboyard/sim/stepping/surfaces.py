@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import inf
+from operator import is_
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,9 @@ class Surfaces:
         self._no_margins = self._no_reaches = np.zeros(0)
         self._widths: tuple[int, tuple[Array, Array], ShapeForms] | None = None
         """Revision of the world, and what `margins_and_reaches` and `forms` return in it."""
+        self._made_of: tuple[Any, ...] = (None,) * 5
+        self._surface: Any = None
+        """The last result of `record`, and what it was made of."""
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
         self._drag: tuple[Any, ...] = ()
@@ -91,7 +95,11 @@ class Surfaces:
         margins, reaches = self.margins_and_reaches(model, data)
         forms = self.forms(model, data)
         assert self._restitution_rows is not None and self._damping_rows is not None
-        return Surface(
+        made_of = margins, reaches, forms, self._damping_rows, self.normal_references(rows)
+        if all(map(is_, made_of, self._made_of)):
+            return self._surface
+        self._made_of = made_of
+        self._surface = Surface(
             friction=self._friction,
             restitution=self._restitution_rows,
             compliance=self._compliance_rows,
@@ -104,8 +112,9 @@ class Surfaces:
             hulls=forms.hulls,
             spans=forms.spans,
             anchors=self.anchors,
-            base=self.normal_references(rows),
+            base=made_of[-1],
         )
+        return self._surface
 
     def margins_and_reaches(self, model: Any, data: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return `margins_of` and `reaches_of`: (ngeom,) widths and gaps (m)."""

@@ -149,6 +149,13 @@ class Stepping:
         self.manifolds.invalidate()
         self.in_turn.note_bodies()
 
+    def change(self, body: Body, *, is_there: bool) -> None:
+        """Note that rows of MuJoCo's arrays, which stay, became a body's or are no longer one's."""
+        self.sliding.invalidate()
+        self.fast_turns.invalidate()
+        self.manifolds.change(body, is_there=is_there)
+        self.in_turn.change(body, is_there=is_there)
+
     def forget(self, body_id: int) -> None:
         """Remove the velocity limits of a body that is removed."""
         self._velocity_limits = {k: v for k, v in self._velocity_limits.items() if k[0] != body_id}

@@ -11,14 +11,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.description.model import (
+    Box,
+    Capsule,
     Collision,
+    Cylinder,
     Joint,
     JointType,
     Limit,
     Link,
     Mesh,
+    Plane,
     Pose,
     RobotDescription,
+    Sphere,
     Visual,
 )
 from roboyard.errors import RoboyardError
@@ -49,6 +54,7 @@ Vector = Sequence[float]
 _FAILED = "createMultiBody failed."
 _NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 _TYPES: dict[int, JointType] = {0: "continuous", 1: "prismatic", 2: "spherical", 3: "planar", 4: "fixed"}
+_PRIMITIVES = (Box, Capsule, Cylinder, Plane, Sphere)
 _NO_RANGE = Limit(lower=1.0, upper=-1.0)
 CACHE_SIZE = 256
 """Number of cached shapes and links; scripts create the same bodies many times."""
@@ -231,26 +237,37 @@ def _jointed_link(
 
 
 def _model(links: list[LinkModel]) -> BodyModel:
+    description, shared = _described(*(_values(link) for link in links))
     return BodyModel(
         name="",
         links=links,
-        description=_description(*(_values(link) for link in links)),
+        description=description,
         fixed_base=links[0].mass == 0.0,
         implicit_cylinder=True,
         bounds_of=_bounds_of,
+        shared=shared if _is_plain(description) else {},
     )
 
 
+def _is_plain(description: RobotDescription) -> bool:
+    """Return whether all shapes are primitives, which never change, unlike files and heights of a terrain."""
+    shapes = (shape for link in description.links for shape in (*link.collisions, *link.visuals))
+    return all(isinstance(shape.geometry, _PRIMITIVES) for shape in shapes)
+
+
 @lru_cache(CACHE_SIZE)
-def _description(*links: tuple[Any, ...]) -> RobotDescription:
-    """Return the World's description of links given as `_values`; cached, so equal links share one object."""
+def _described(*links: tuple[Any, ...]) -> tuple[RobotDescription, dict[str, Any]]:
+    """Return the World's description of links given as `_values`, and room for what such bodies share.
+
+    Cached, so equal links share one object.
+    """
     models = [LinkModel(**dict(zip(_VALUES, values, strict=True))) for values in links]
     described = RobotDescription(
         name="",
         links=tuple(Link(name=k.name, visuals=k.visuals, collisions=k.collisions) for k in models),
         joints=tuple(k.joint for k in models if k.joint is not None),
     )
-    return world_description(described, models)
+    return world_description(described, models), {}
 
 
 def _pose(position: Vector, orientation: Vector) -> Pose:

@@ -10,7 +10,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.sim.stepping.impulses.records import CHECKED, FULL, LISTED, RANKED, RENUMBERED, SORTED
+from roboyard.native import compiled
+from roboyard.sim.stepping.impulses.records import (
+    CHECKED,
+    EXTRA,
+    FULL,
+    HELD,
+    LISTED,
+    PAIRS,
+    POINTS,
+    RANKED,
+    RENUMBERED,
+    SHAPES,
+    SORTED,
+    TABLE,
+    TAKEN_UP,
+)  # fmt: skip
 
 PLANE = 0
 """MuJoCo's type of these geoms."""
@@ -27,12 +42,11 @@ CHECKS = 10
 
 def meet(mechanism, state, surface, points):
     """Update the boxes of all geoms, the pairs and their ranks."""
-    count = points.turns.shape[0]
     notes, tight, wide, seats = points.notes, points.tight, points.wide, points.seats
     if notes[RENUMBERED] > 0:
         list_pairs(points)
         notes[RENUMBERED] = 0
-    before = notes[LISTED]
+    before, count = notes[LISTED], notes[SHAPES]
     moved = 0
     for turn in range(count):
         geom = points.turns[turn]
@@ -114,7 +128,7 @@ def add_pairs(mechanism, points, geom):
     In Bullet's tree a box is on the second side of the node that it is added to, which is searched first.
     """
     wide = points.wide
-    count = points.turns.shape[0]
+    count = points.notes[SHAPES]
     for k in range(count):
         other = points.turns[count - 1 - k]
         if overlap(wide, geom, wide, other, 0.0) and other != geom and wide[other, 0] <= wide[other, 3]:
@@ -240,3 +254,114 @@ def list_pairs(points):
         points.table[entry] = -1
     for place in range(points.notes[LISTED]):
         note_pair(points, place)
+
+
+@compiled(POINTS, "i4[::1] i4[::1] i4[::1]")
+def renumber(points, geom_tree, gone, come):  # pragma: no cover
+    """Let the geoms of removed bodies go and those of new bodies come, where all others keep their numbers.
+
+    geom_tree: (ngeom,) tree of each geom, -1 for what is fixed. gone, come: geoms, those that come in the
+    order of their links and shapes. What remains of the pairs, of their points and of their ranks stays in
+    order. Without any pair all boxes are made again.
+    """
+    notes, turns, ages = points.notes, points.turns, points.ages
+    if notes[PAIRS] == 0 and notes[LISTED] == 0:
+        notes[CHECKED] = 0
+        for geom in range(ages.shape[0]):
+            forget_box(points, geom)
+    for k in range(ages.shape[0]):
+        ages[k] = 0
+    for k in range(gone.shape[0]):
+        ages[gone[k]] = -1
+    if gone.shape[0] > 0:
+        drop_points(points)
+        drop_pairs(points)
+    left = 0
+    for k in range(notes[SHAPES]):
+        if ages[turns[k]] == 0:
+            turns[left] = turns[k]
+            left += 1
+    for k in range(left, notes[SHAPES]):
+        turns[k] = -1
+    for k in range(gone.shape[0]):
+        ages[gone[k]] = 0
+        forget_box(points, gone[k])
+    for k in range(come.shape[0]):
+        turns[left] = come[k]
+        forget_box(points, come[k])
+        left += 1
+    notes[SHAPES] = left
+    for turn in range(left):
+        ages[turns[turn]] = turn
+    place_trees(points, geom_tree)
+    notes[EXTRA] = notes[HELD] = notes[FULL] = notes[SORTED] = notes[TAKEN_UP] = 0
+    notes[RENUMBERED] = 1
+
+
+def forget_box(points, geom):
+    """Let a geom get its boxes in the next step."""
+    for axis in range(6):
+        points.tight[geom, axis] = points.wide[geom, axis] = 0.0
+    points.wide[geom, 0] = 1.0
+    for axis in range(3):
+        points.seats[geom, axis] = np.inf
+
+
+def drop_points(points):
+    """Remove the kept points of geoms of age -1."""
+    table = points.notes[TABLE]
+    keys, counts, kept = points.keys[table], points.counts[table], points.points[table]
+    geoms, left = points.ages.shape[0], 0
+    for k in range(points.notes[PAIRS]):
+        if points.ages[keys[k] // geoms] < 0 or points.ages[keys[k] % geoms] < 0:
+            continue
+        if left < k:
+            keys[left], counts[left] = keys[k], counts[k]
+            for m in range(kept.shape[1]):
+                for j in range(kept.shape[2]):
+                    kept[left, m, j] = kept[k, m, j]
+        left += 1
+    points.notes[PAIRS] = left
+
+
+def drop_pairs(points):
+    """Remove the pairs of geoms of age -1; the others move up, in order and rank."""
+    notes, pairs, ranked = points.notes, points.pairs, points.ranked
+    for rank in range(notes[RANKED]):
+        place = ranked[rank]
+        if points.ages[pairs[0, place]] < 0 or points.ages[pairs[1, place]] < 0:
+            pairs[2, place] = -1
+    left = 0
+    for rank in range(notes[RANKED]):
+        place = ranked[rank]
+        if pairs[2, place] >= 0:
+            pairs[2, place] = left
+            left += 1
+    notes[RANKED] = left
+    left = 0
+    for place in range(notes[LISTED]):
+        if points.ages[pairs[0, place]] < 0 or points.ages[pairs[1, place]] < 0:
+            continue
+        for k in range(3):
+            pairs[k, left] = pairs[k, place]
+        if pairs[2, left] >= 0:
+            ranked[pairs[2, left]] = left
+        left += 1
+    notes[LISTED] = left
+    notes[CHECKED] = min(notes[CHECKED], max(left - 1, 0))
+
+
+def place_trees(points, geom_tree):
+    """Number trees by their first geoms in the order of these, then those without any."""
+    places, count = points.tree_places, 0
+    for tree in range(places.shape[0]):
+        places[tree] = -1
+    for turn in range(points.notes[SHAPES]):
+        tree = geom_tree[points.turns[turn]]
+        if tree >= 0 and places[tree] < 0:
+            places[tree] = count
+            count += 1
+    for tree in range(places.shape[0]):
+        if places[tree] < 0:
+            places[tree] = count
+            count += 1

@@ -28,7 +28,9 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 """Places in `Solver.rules`."""
 WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
 """Lines of `Solver.lines`, each of as many numbers as there are rows, rounded up to blocks."""
-PAIRS, TABLE, EXTRA, HELD, LISTED, RANKED, CHECKED, FULL, RENUMBERED, SORTED, TAKEN_UP, NOTES = range(12)
+(
+    PAIRS, TABLE, EXTRA, HELD, LISTED, RANKED, CHECKED, FULL, RENUMBERED, SORTED, TAKEN_UP, SHAPES, NOTES,
+) = range(13)  # fmt: skip
 """Places in `Points.notes`."""
 RANK, GROUP, HEAD, RANGE_START, RANGE_END, WORK = range(6)
 """Rows of `Points.work`: ranks and the groups of their pairs, as they are sorted; the first contact in the
@@ -170,7 +172,7 @@ class Points(NamedTuple):
     slots: np.ndarray
     """Place of each contact's point in the table, -1 for none."""
     turns: np.ndarray
-    """Geoms of bodies in the order in which these were made; others have no boxes."""
+    """(ngeom,) geoms of bodies in the order in which these were made, then -1; others have no boxes."""
     ages: np.ndarray
     """(ngeom,) place of each geom in that order, 0 for others."""
     tree_places: np.ndarray
@@ -192,10 +194,10 @@ class Points(NamedTuple):
     sequence: np.ndarray
     """Contacts in the order of solution."""
     notes: np.ndarray
-    """(11,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
+    """(12,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
     of contacts moved to anchors; numbers of pairs whose boxes meet and of those with ranks, the next to be
     checked, 1 where there was no room for one, 1 where `table` is to be filled, 1 where `work` is sorted,
-    length of the sequence."""
+    length of the sequence, number of geoms of bodies."""
 
 
 class Surface(NamedTuple):

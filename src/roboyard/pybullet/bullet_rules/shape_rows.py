@@ -1,0 +1,121 @@
+"""Margins, reaches and forms of the shapes of all bodies, of which each has its rows.
+
+A body that takes rows of MuJoCo's arrays, or leaves them, changes its own rows only; all are gathered again
+where the arrays are new.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.pybullet.bullet_rules.contact_reaches import ENDLESS_BOX, contact_reaches, shape_forms
+from roboyard.pybullet.bullet_rules.hull_margins import geom_margins, margins_of_rows, special_margins
+
+if TYPE_CHECKING:
+    from roboyard.sim.stepping.shape_forms import ShapeForms
+    from roboyard.sim.world import World
+
+_SHAPES, _SHAPE_SETS = "shapes of bodies", 4
+"""Name in `Engine.of_arrays`, and number of sets of bodies whose shapes are kept."""
+
+Numbers = tuple[np.ndarray, np.ndarray, "ShapeForms"]
+
+
+class ShapeRows:
+    """The numbers of all shapes of one world."""
+
+    def __init__(self) -> None:
+        self._revision = -1
+        """Revision of the World that they are of."""
+        self._model: Any = None
+        self._numbers: Any = None
+        self._key: Any = None
+        """Key of the numbers among those that are kept; None where rows were written since."""
+        self._placed: dict[int, Any] = {}
+        """The records whose rows are written, by their ids in the World."""
+        self._is_complete = True
+        """Whether other bodies have the shapes that were written."""
+
+    def gather_again(self) -> None:
+        """Gather the rows of all bodies when one comes or goes next: those of another one have changed."""
+        self._is_complete = False
+
+    def numbers(self, world: World, records: Mapping[int, Any]) -> Numbers:
+        """Return margins (ngeom,), reaches (ngeom,) (m) and forms of all shapes.
+
+        Args:
+            world: the World.
+            records: the records of all bodies by their ids in the World, in order.
+        """
+        if self._revision == world.revision and not world.is_stale:
+            found: Numbers = self._numbers
+            return found
+        world.ensure_compiled()
+        model = world.live_model
+        if self._model is not model or not self._is_complete or not self._update(world, model, records):
+            self._gather(world, model, records.values())
+            self._placed, self._model, self._is_complete = dict(records), model, True
+        self._revision = world.revision
+        found = self._numbers
+        return found
+
+    def _gather(self, world: World, model: Any, records: Collection[Any]) -> None:
+        """Look up the rows of all bodies; the last few sets of bodies are kept, some of which come again."""
+        key = tuple(record.shapes_key() for record in records)
+        kept = world.of_arrays.setdefault(_SHAPES, {})
+        found = kept.get(key)
+        if found is None:
+            cylinders, triangles = list[int](), list[int]()
+            for record in records:
+                rows = record.body.mujoco_ids
+                concave, has_cylinders = record.of_model("margins", special_margins)
+                if has_cylinders:
+                    cylinders += rows.tolist()
+                triangles += [int(rows[index]) for index in concave]
+            numbers = (
+                geom_margins(model, cylinders, triangles),
+                contact_reaches(model, ((record.body.mujoco_ids, record.reaches()) for record in records)),
+                shape_forms(model.ngeom, [record.forms(model) for record in records]),
+            )
+            # with what the key has the ids of
+            found = kept[key] = numbers, [record.model.shared for record in records]
+            while len(kept) > _SHAPE_SETS:
+                del kept[next(iter(kept))]
+        self._numbers, self._key = found[0], key
+
+    def _update(self, world: World, model: Any, records: Mapping[int, Any]) -> bool:
+        """Write the rows of bodies that came or went; return whether all were, which hulls prevent."""
+        placed = self._placed
+        gone = [key for key in placed if key not in records]
+        come = [key for key in records if key not in placed]
+        forms = [placed[key].forms(model) for key in gone], [records[key].forms(model) for key in come]
+        if any(form.has_hulls for both in forms for form in both):
+            return False
+        if self._key is not None:  # no longer the numbers of that set of bodies
+            world.of_arrays.get(_SHAPES, {}).pop(self._key, None)
+            self._key = None
+        margins, reaches, shapes = self._numbers
+        for key, form in zip(gone, forms[0], strict=True):
+            rows = form.rows
+            margins[rows], reaches[rows] = margins_of_rows(model, form.geoms, has_cylinders=False), np.inf
+            shapes.boxes[rows] = ENDLESS_BOX
+            shapes.rounding[rows] = shapes.compound[rows] = shapes.spans[rows] = 0
+            del placed[key]
+        for key, form in zip(come, forms[1], strict=True):
+            rows, record = form.rows, records[key]
+            has_cylinders = record.of_model("margins", special_margins)[1]
+            margins[rows] = margins_of_rows(model, form.geoms, has_cylinders=has_cylinders)
+            reaches[rows] = _of_geoms(record.reaches(), record.body.geom_rows)
+            shapes.boxes[rows], shapes.rounding[rows] = form.boxes, form.rounding
+            shapes.compound[rows] = [geom in form.compound for geom in form.geoms] if form.compound else 0
+            shapes.spans[rows] = len(shapes.hulls), 0
+            placed[key] = record
+        return True
+
+
+def _of_geoms(values: Sequence[float], geoms: Sequence[Sequence[int]]) -> list[float]:
+    """Return the value of its link for each geom."""
+    return [value for value, rows in zip(values, geoms, strict=True) for _ in rows]
