@@ -43,6 +43,26 @@ def test_a_heavy_cube_on_a_column_sinks_as_in_pybullet(client: int) -> None:
     np.testing.assert_allclose(heights, [0.09965, 0.29163, 0.49124, 0.68362, 0.88308], atol=0.03)
 
 
+@pytest.mark.parametrize(
+    ("bodies", "wanted"),
+    [
+        ((2, 4), (-0.058378, -0.045249, -0.104823, -0.147396, -0.204306)),
+        ((0, 1), (-0.002234, -0.101980, -0.108644, -0.150908, -0.212038)),
+    ],
+)
+def test_bodies_that_get_a_filter_lose_their_points_as_in_pybullet(
+    client: int, bodies: tuple[int, int], wanted: tuple[float, ...]
+) -> None:
+    """Their pairs end and come back behind the others, with one point each."""
+    cubes = _column(5, 100.0, _block())
+    for step in range(12):
+        if step == 6:
+            p.setCollisionFilterPair(*bodies, -1, -1, 1)
+        p.stepSimulation()
+    speeds = [p.getBaseVelocity(cube)[0][2] for cube in cubes]
+    np.testing.assert_allclose(speeds, wanted, atol=2e-5)
+
+
 def test_a_cube_on_a_plane_has_its_corners_one_by_one(client: int) -> None:
     p.setGravity(0, 0, -10)
     p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,8 @@ from roboyard.native import compiled
 
 CREASE_COSINE = 0.76
 """Cosine of the crease angle: edges sharper than about 40 degrees are not smoothed."""
+_SHARED = 64
+"""Where edges share their first vertex with more others than so many on average, they are sorted."""
 
 
 def join_corners(vertices: NDArray, faces: NDArray) -> tuple[NDArray, NDArray]:
@@ -37,27 +41,29 @@ def closed_faces(vertices: NDArray, faces: NDArray) -> NDArray[np.bool_]:
 
     The back of such a face is never visible from outside. `vertices` is (n, 3) (m).
     """
-    n = len(vertices)
     if not len(faces):
         return np.zeros(0, dtype=bool)
-    start = faces.ravel().astype(np.int64)
-    stop = np.roll(faces, -1, axis=1).ravel().astype(np.int64)
+    n, edges = len(vertices), faces.size
+    corners = np.ascontiguousarray(faces, dtype=np.int64)
+    start, stop = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
     part = np.empty(n, dtype=np.int64)
     count = number_parts(start, stop, part)
-    if count == 1 and not _may_be_paired(start, stop, n):
+    volume, is_open = np.zeros(count), np.zeros(count, dtype=np.uint8)
+    order, bounds = np.empty(edges, dtype=np.int64), np.empty(n + 1, dtype=np.int64)
+    sort_corners(start, order, bounds)
+    if (np.diff(bounds) ** 2).sum() <= _SHARED * edges:
+        find_open_parts(start, stop, part, order, bounds, is_open)
+    elif count == 1 and not _may_be_paired(start, stop, n):
         return np.zeros(len(faces), dtype=bool)
-    part_of_face = part[faces[:, 0]]
-    # every directed edge once, and its opposite once
-    forward, counts = np.unique(start * n + stop, return_counts=True)
-    back = stop * n + start
-    paired = forward[np.minimum(np.searchsorted(forward, back), len(forward) - 1)] == back
-    once = counts[np.searchsorted(forward, start * n + stop)] == 1
-    open_part = np.zeros(count, dtype=bool)
-    open_part[np.repeat(part_of_face, 3)[~(paired & once)]] = True
+    else:  # many edges begin at the same vertices
+        forward, counts = np.unique(start * n + stop, return_counts=True)
+        back = stop * n + start
+        paired = forward[np.minimum(np.searchsorted(forward, back), len(forward) - 1)] == back
+        once = counts[np.searchsorted(forward, start * n + stop)] == 1
+        is_open[part[start[~(paired & once)]]] = 1
     centre = vertices.mean(axis=0)
-    a, b, c = (vertices[faces[:, k]] - centre for k in range(3))
-    volume = np.bincount(part_of_face, weights=np.einsum("ij,ij->i", a, np.cross(b, c)), minlength=count)
-    return ~open_part[part_of_face] & (volume[part_of_face] > 0)
+    add_volumes(np.ascontiguousarray(vertices - centre, dtype=np.float64), corners, part, volume)
+    return ((is_open == 0) & (volume > 0))[part[corners[:, 0]]]
 
 
 def is_closed(vertices: NDArray, faces: NDArray) -> bool:
@@ -97,15 +103,12 @@ def creased_normals(vertices: NDArray, faces: NDArray, cosine: float = CREASE_CO
     A corner's normal is the mean over the faces around its vertex, weighted by their angle there, of those
     that meet this face at less than the crease angle, whose cosine is given.
     """
-    normals = face_normals(vertices, faces)
-    corners = vertices[faces]
-    edge = np.roll(corners, -1, axis=1) - corners
-    length = np.linalg.norm(edge, axis=2, keepdims=True)
-    edge = np.divide(edge, length, out=np.zeros_like(edge), where=length > 0)
-    angle = np.arccos(np.clip(np.einsum("ijk,ijk->ij", edge, -np.roll(edge, 1, axis=1)), -1.0, 1.0))
-    flat = faces.ravel()
-    order = np.argsort(flat, kind="stable").astype(np.int64)
-    start = np.searchsorted(flat[order], np.arange(len(vertices) + 1)).astype(np.int64)
+    corners = np.ascontiguousarray(faces, dtype=np.int64)
+    normals, angle = np.empty((len(faces), 3)), np.empty((len(faces), 3))
+    measure_faces(np.ascontiguousarray(vertices, dtype=np.float64), corners, normals, angle)
+    order = np.empty(corners.size, dtype=np.int64)
+    start = np.empty(len(vertices) + 1, dtype=np.int64)
+    sort_corners(corners.ravel(), order, start)
     out = np.empty((len(faces), 3, 3), dtype=np.float32)
     _average(normals, angle, order, start, float(cosine), out)
     return out
@@ -140,6 +143,99 @@ def number_parts(start, stop, part):
         else:
             part[vertex] = part[part[vertex]]
     return count
+
+
+@compiled("i8[::1] i8[::1] i8[::1]", releases_gil=True)
+def sort_corners(flat, order, start):
+    """Sort corners by their vertices, those of a vertex in the order in which they are given.
+
+    flat: (k,) vertex of each corner. order: (k,), written: the corners. start: (n + 1,), written: the bounds of
+    each vertex's corners in `order`.
+    """
+    for vertex in range(len(start)):
+        start[vertex] = 0
+    for corner in range(len(flat)):
+        start[flat[corner]] += 1
+    total = 0
+    for vertex in range(len(start)):
+        count = start[vertex]
+        start[vertex] = total
+        total += count
+    for corner in range(len(flat)):
+        vertex = flat[corner]
+        order[start[vertex]] = corner
+        start[vertex] += 1
+    for vertex in range(len(start) - 1, 0, -1):
+        start[vertex] = start[vertex - 1]
+    start[0] = 0
+
+
+@compiled("i8[::1] i8[::1] i8[::1] i8[::1] i8[::1] u1[::1]", releases_gil=True)
+def find_open_parts(start, stop, part, order, bounds, is_open):
+    """Write 1 for parts of which an edge is there twice, or has no opposite.
+
+    start, stop: (e,) vertices of edges. part: (n,) of vertices. order, bounds: of `sort_corners`.
+    """
+    for edge in range(len(start)):
+        a, b = start[edge], stop[edge]
+        same, opposite = 0, False
+        for k in range(bounds[a], bounds[a + 1]):
+            if stop[order[k]] == b:
+                same += 1
+        for k in range(bounds[b], bounds[b + 1]):
+            if stop[order[k]] == a:
+                opposite = True
+        if same > 1 or not opposite:
+            is_open[part[a]] = 1
+
+
+@compiled("f8[:,::1] i8[:,::1] i8[::1] f8[::1]", releases_gil=True)
+def add_volumes(vertices, faces, part, volume):
+    """Add six times the signed volume between each face and the origin to that of its part."""
+    for face in range(len(faces)):
+        a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
+        x = vertices[b, 1] * vertices[c, 2] - vertices[b, 2] * vertices[c, 1]
+        y = vertices[b, 2] * vertices[c, 0] - vertices[b, 0] * vertices[c, 2]
+        z = vertices[b, 0] * vertices[c, 1] - vertices[b, 1] * vertices[c, 0]
+        volume[part[a]] += vertices[a, 0] * x + vertices[a, 1] * y + vertices[a, 2] * z
+
+
+@compiled("f8[:,::1] i8[:,::1] f8[:,::1] f8[:,::1]", releases_gil=True)
+def measure_faces(vertices, faces, normals, angle):
+    """Write the unit normal of each face, zero for one without area, and the angles of its corners (rad)."""
+    for face in range(len(faces)):
+        a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
+        x0, y0, z0 = (
+            vertices[b, 0] - vertices[a, 0],
+            vertices[b, 1] - vertices[a, 1],
+            vertices[b, 2] - vertices[a, 2],
+        )
+        x1, y1, z1 = (
+            vertices[c, 0] - vertices[b, 0],
+            vertices[c, 1] - vertices[b, 1],
+            vertices[c, 2] - vertices[b, 2],
+        )
+        x2, y2, z2 = (
+            vertices[a, 0] - vertices[c, 0],
+            vertices[a, 1] - vertices[c, 1],
+            vertices[a, 2] - vertices[c, 2],
+        )
+        x, y, z = z0 * y2 - y0 * z2, x0 * z2 - z0 * x2, y0 * x2 - x0 * y2
+        length = math.sqrt(x * x + y * y + z * z)
+        inverse = 1.0 / length if length > 0.0 else 0.0
+        normals[face, 0], normals[face, 1], normals[face, 2] = x * inverse, y * inverse, z * inverse
+        ab = math.sqrt(x0 * x0 + y0 * y0 + z0 * z0)
+        bc = math.sqrt(x1 * x1 + y1 * y1 + z1 * z1)
+        ca = math.sqrt(x2 * x2 + y2 * y2 + z2 * z2)
+        angle[face, 0] = angle_between(-(x0 * x2 + y0 * y2 + z0 * z2), ab * ca)
+        angle[face, 1] = angle_between(-(x1 * x0 + y1 * y0 + z1 * z0), bc * ab)
+        angle[face, 2] = angle_between(-(x2 * x1 + y2 * y1 + z2 * z1), ca * bc)
+
+
+def angle_between(product, lengths):
+    """Return the angle (rad) of two edges with a scalar product, given the product of their lengths."""
+    cosine = product / lengths if lengths > 0.0 else 0.0
+    return math.acos(min(max(cosine, -1.0), 1.0))
 
 
 @compiled("f8[:,::1] f8[:,::1] i8[::1] i8[::1] f8 f4[:,:,::1]")

@@ -30,6 +30,8 @@ def setCollisionFilterPair(
         first, second = (bodyUniqueIdA, linkIndexA), (bodyUniqueIdB, linkIndexB)
         scene.filters.set_pair(first, second, bool(whole(enableCollision)))
         scene.last_step.filtered.update({first: None, second: None})
+    for body in (bodyUniqueIdA, bodyUniqueIdB):
+        scene.filters.refresh(whole(body))
 
 
 @command()

@@ -2,7 +2,8 @@
 
 A hull's box grows by its margin when it is created and again when it is read. Several shapes, or one that is
 not at the inertial frame, are a compound: a box around their boxes, which grows by a margin of its own and
-rotates as a whole. Boxes, spheres, cylinders and capsules include their margin in their dimensions.
+rotates as a whole. Boxes, spheres, cylinders and capsules include their margin in their dimensions. Hulls of
+robot files have boxes around their corners as these are after rounding, unless they are of OBJ files.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from roboyard.description.model import (
     Sphere,
 )
 from roboyard.pybullet.bullet_rules.mesh_objects import split_geometry
+from roboyard.sim.physics_profile import BULLET
 from roboyard.transforms import Array, matrix_from_quaternion
 
 MARGIN = 0.001
@@ -98,7 +100,7 @@ def _link_bounds(
     position = np.asarray(frame.position, dtype=float)
     rotation = matrix_from_quaternion(frame.quaternion)
     for shape in collisions:
-        parts = _boxes(shape, implicit_cylinder=implicit_cylinder)
+        parts = _boxes(shape, implicit_cylinder=implicit_cylinder, from_file=from_file)
         if not parts:
             continue
         is_compound = from_file and _is_obj(shape)
@@ -116,8 +118,14 @@ def _link_bounds(
     return LinkBounds(corners=box, margin=compound_margin, kind="compound")
 
 
-def local_bounds(geometry: Geometry, *, implicit_cylinder: bool) -> Array | None:
-    """Return (2, 3) corners of the box around a shape in its own frame (m), or None if there is none."""
+def local_bounds(geometry: Geometry, *, implicit_cylinder: bool, is_rounded: bool = False) -> Array | None:
+    """Return (2, 3) corners of the box around a shape in its own frame (m), or None if there is none.
+
+    Args:
+        geometry: the shape.
+        implicit_cylinder: whether cylinders are exact instead of hulls.
+        is_rounded: whether a mesh has the corners of its hull, which are rounded.
+    """
     match geometry:
         case Box(size=size):
             half = np.asarray(size) / 2
@@ -128,7 +136,7 @@ def local_bounds(geometry: Geometry, *, implicit_cylinder: bool) -> Array | None
         case Capsule(radius=radius, length=length):
             half = np.array([radius, radius, length / 2 + radius])
         case Mesh():
-            corners = _mesh_bounds(geometry)
+            corners = _mesh_bounds(geometry, is_rounded=is_rounded)
             return None if corners is None else corners + 2 * MARGIN * np.array([[-1.0], [1.0]])
         case _:
             return None
@@ -160,7 +168,7 @@ def turned_box(geometry: Geometry, corners: Array, place: Array, turn: Array) ->
     return np.stack([middle - half, middle + half])
 
 
-def _boxes(shape: Collision, *, implicit_cylinder: bool) -> list[Array]:
+def _boxes(shape: Collision, *, implicit_cylinder: bool, from_file: bool) -> list[Array]:
     """Return local boxes of a shape, one for each hull that Bullet makes of it."""
     geometry = shape.geometry
     if isinstance(geometry, Plane):
@@ -168,6 +176,9 @@ def _boxes(shape: Collision, *, implicit_cylinder: bool) -> list[Array]:
     if isinstance(geometry, Heightfield) or (shape.concave and isinstance(geometry, Mesh)):
         corners = field_bounds(shape)
         return [] if corners is None else [corners]
+    if from_file and isinstance(geometry, Mesh) and not _is_obj(shape):
+        box = local_bounds(geometry, implicit_cylinder=implicit_cylinder, is_rounded=True)
+        return [] if box is None else [box]
     found = (local_bounds(part, implicit_cylinder=implicit_cylinder) for part in split_geometry(geometry))
     return [box for box in found if box is not None]
 
@@ -218,10 +229,14 @@ def _is_at(shape: Collision, position: Array, rotation: Array) -> bool:
     return bool((turn == _UNTURNED).all())
 
 
-def _mesh_bounds(mesh: Mesh) -> Array | None:
-    from roboyard.sim.build.geoms import load_scaled
+def _mesh_bounds(mesh: Mesh, *, is_rounded: bool = False) -> Array | None:
+    from roboyard.sim.build.geoms import is_single, load_scaled
+    from roboyard.sim.build.mesh_assets import rounded
 
     triangles = load_scaled(mesh, 1.0)
     if triangles is None or not len(triangles.vertices):
         return None
-    return np.stack([triangles.vertices.min(axis=0), triangles.vertices.max(axis=0)]).astype(float)
+    box = np.stack([triangles.vertices.min(axis=0), triangles.vertices.max(axis=0)]).astype(float)
+    if not is_rounded or not (box[0] < box[1]).all():
+        return box
+    return rounded(box.astype(np.float32).astype(float) if is_single(mesh, 1.0) else box, BULLET.hull_steps)

@@ -1,6 +1,7 @@
 """setCollisionFilterGroupMask as machine code, for a link that has a filter which no pair depends on.
 
-A filter that is set again is as before. One that lets its link meet the same links, none of which has a
+A filter that is set again is as before. The first one since a step goes to the Python function, since it changes
+the order in which contacts are solved. One that lets its link meet the same links, none of which has a
 filter of its own, changes no pair. Anything else goes to the Python function; see `fast_entries`.
 """
 
@@ -66,7 +67,8 @@ def is_set(state, given):
     if filters == 0:
         return False
     groups, place = attribute(filters, word(state, GROUPS)), pair(given[1], given[2])
-    old = found(groups, place)
+    filtered = attribute(attribute(scene, word(state, LAST_STEP)), word(state, FILTERED))
+    old = found(groups, place) if found(filtered, place) != 0 else 0
     done = False
     if old != 0 and has_64_bits(word(old, ITEMS)) and has_64_bits(word(old, ITEMS + 1)):
         group, mask = PyLong_AsLongLong(given[3]), PyLong_AsLongLong(given[4])
@@ -80,9 +82,6 @@ def is_set(state, given):
                 PyDict_SetItem(groups, place, new)
                 Py_DecRef(new)
                 done = True
-    if done:
-        filtered = attribute(attribute(scene, word(state, LAST_STEP)), word(state, FILTERED))
-        PyDict_SetItem(filtered, place, word(state, NONE))
     Py_DecRef(place)
     return done
 

@@ -66,6 +66,7 @@ class PairFilters:
 
     def set_group(self, place: Place, group: int, mask: int) -> None:
         """Set the filter group and mask of a link, and update its pairs with all other links."""
+        self.refresh(*place)
         groups = self.groups
         old, new = groups.get(place), (group, mask)
         if old == new:
@@ -91,6 +92,12 @@ class PairFilters:
         """Enable or disable collisions of one pair of links; this overrides their groups."""
         self._pairs[(min(a, b), max(a, b))] = collide
         self._set(a, b, collide)
+
+    def refresh(self, body: int, link: int | None = None) -> None:
+        """Let the pairs of a link, or of all links of a body, come last in the order of solution, as in Bullet."""
+        first = self._link(body, -1 if link is None else link)
+        if first is not None:
+            self._world.stepping.manifolds.refresh(first.body.id, None if link is None else first.index)
 
     def add_body(self, record: BodyRecord, *, self_collision: bool, excludes_ancestors: bool = False) -> None:
         """Apply the filters of other links to the links of a new body.

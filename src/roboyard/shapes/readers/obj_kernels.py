@@ -5,12 +5,19 @@ from __future__ import annotations
 from roboyard.native import compiled
 
 SPACE, NEWLINE, RETURN, HASH, SLASH, MINUS, PLUS, DOT = 32, 10, 13, 35, 47, 45, 43, 46
-MOST_DIGITS = 15
-"""Digits of a number whose value is exact as a float64 integer."""
+MOST_DIGITS = 18
+"""Digits of a number that is exact as an int64."""
+EXACT_DIGITS = 15
+"""Digits of a number that is exact as a float64."""
 MOST_CORNERS = 10_000
 """Most corners of a face."""
 MOST_POWER = 22
 """Largest power of ten that is exact as a float64."""
+LEAST_POWER = -60
+TABLE = 61
+"""Where the second numbers of powers begin; see `plain_numbers.POWERS`."""
+SPLIT = 134217729.0
+"""2^27 + 1, by which a float64 is split into two of half as many digits; T. Dekker, 1971."""
 
 
 def number_at(data, at, powers):  # pragma: no cover
@@ -58,13 +65,36 @@ def number_at(data, at, powers):  # pragma: no cover
             power = -power
     power -= scale
     ends = i >= end or data[i] == SPACE or data[i] == NEWLINE or data[i] == RETURN
-    if seen == 0 or not ends or power > MOST_POWER or power < -MOST_POWER:
+    if seen == 0 or not ends or power > MOST_POWER or power < LEAST_POWER:
+        at[0] = -1
+        return 0.0
+    if digits > EXACT_DIGITS and power > 0:
         at[0] = -1
         return 0.0
     at[0] = i
-    if power < 0:
+    if power >= 0:
+        return sign * mantissa * powers[power]
+    if digits <= EXACT_DIGITS and power >= -MOST_POWER:
         return sign * mantissa / powers[-power]
-    return sign * mantissa * powers[power]
+    return sign * divided(mantissa, powers[-power], powers[TABLE - power])
+
+
+def divided(whole, divisor, rest):  # pragma: no cover
+    """Return a whole number of at most 18 digits divided by the sum of two numbers, rounded once.
+
+    The quotient of the leading parts is corrected by its remainder, whose product is exact in two halves.
+    """
+    leading = float(whole)
+    quotient = leading / divisor
+    a = SPLIT * quotient
+    a = a - (a - quotient)
+    b = SPLIT * divisor
+    b = b - (b - divisor)
+    c, d = quotient - a, divisor - b
+    product = quotient * divisor
+    below = ((a * b - product) + a * d + c * b) + c * d
+    left = ((leading - product) - below) - quotient * rest + (whole - int(leading))
+    return quotient + left / divisor
 
 
 def after_spaces(data, i):  # pragma: no cover
@@ -108,7 +138,7 @@ def read_lines(  # pragma: no cover
     corners: (c + 2, 3) zero-based vertex, texture coordinate and normal of each corner, -1 for none.
     ends: (f,) end of each face's corners; faces of one or two have none. events: (e, 4) begin and end of
     a line, the faces before it, 1 for `mtllib`. Returns 1, or 0 for a file that is not plain: tabs,
-    continued lines, relative indices, numbers of more than 15 digits, colours of some vertices only.
+    continued lines, relative indices, numbers of more than 18 digits, colours of some vertices only.
     """
     for k in range(7):
         counts[k] = 0

@@ -8,17 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard._lazy import lazy_module
-from roboyard.shapes.readers.worth import SMALL, is_worth
+from roboyard.shapes.readers.worth import is_large, is_worth
 
 kernels = lazy_module("roboyard.shapes.readers.number_kernels")
 
-POWERS = 10.0 ** np.arange(23)
-"""Of ten, as the loops need them."""
+_POWERS = [10**k for k in range(61)]
+POWERS = np.array([*map(float, _POWERS), *(float(power - int(float(power))) for power in _POWERS)])
+"""Powers of ten from 0 to 60, then how much more than these they are exactly, as the loops need them."""
 
 
 def is_worth_it(text: str, dtype: type) -> bool:
     """Return whether a compiled loop should read the numbers of a text."""
-    return len(text) >= SMALL and is_worth(_loop(dtype), len(text))
+    return is_large(len(text)) and is_worth(_loop(dtype), len(text))
 
 
 def _loop(dtype: type) -> Any:
@@ -28,7 +29,7 @@ def _loop(dtype: type) -> Any:
 def read_plain_numbers(text: str, dtype: type) -> NDArray | None:
     """Return the (n,) numbers of a text that blanks separate, as `np.float64` or `np.int64`.
 
-    None for a list that is not plain: of more than 15 digits a number, with tabs, with signs before whole
+    None for a list that is not plain: of more than 18 digits a number, with tabs, with signs before whole
     numbers, or with words.
     """
     read = _loop(dtype)

@@ -8,7 +8,7 @@ from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
 from roboyard.shapes.readers.parts import Floats, Indices, check_triangles
 from roboyard.shapes.readers.plain_numbers import POWERS
-from roboyard.shapes.readers.worth import SMALL, is_worth
+from roboyard.shapes.readers.worth import is_large, is_worth
 
 kernels = lazy_module("roboyard.shapes.readers.obj_kernels")
 
@@ -38,7 +38,7 @@ class PlainObj:
 
 def is_worth_it(data: bytes) -> bool:
     """Return whether compiled loops should read a file."""
-    return len(data) >= SMALL and is_worth(kernels().read_lines, len(data))
+    return is_large(len(data)) and is_worth(kernels().read_lines, len(data))
 
 
 def read_plain(data: bytes) -> PlainObj | None:

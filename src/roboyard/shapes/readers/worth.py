@@ -7,10 +7,18 @@ from typing import Any
 from roboyard.native import Kernel
 
 SMALL = 10_000
-"""Bytes below which a text is read without compiled loops."""
+"""Bytes of all texts up to which one is read without compiled loops."""
 LARGE = 500_000
 """Bytes read without a loop, by one process, from which it is worth its compilation, which happens once."""
 _read_without: dict[str, int] = {}
+_seen = 0
+
+
+def is_large(size: int) -> bool:
+    """Return whether a text (bytes), together with all before it, is one for which loops may be loaded."""
+    global _seen
+    _seen += size
+    return _seen >= SMALL
 
 
 def is_worth(loop: Any, size: int) -> bool:

@@ -165,7 +165,7 @@ def _hull(points: Array, steps: int) -> tuple[Array, np.ndarray]:
 
     points = _thickened(points)
     if steps:
-        points = _rounded(points, steps)
+        points = rounded(points, steps)
     hull = ConvexHull(points, qhull_options="Qt")
     order = np.unique(hull.simplices)
     index = np.full(len(points), -1)
@@ -178,8 +178,8 @@ def _hull(points: Array, steps: int) -> tuple[Array, np.ndarray]:
     return vertices, faces.astype(np.int32)
 
 
-def _rounded(points: Array, steps: int) -> Array:
-    """Return points on a grid of so many steps over each extent, rounded towards the middle."""
+def rounded(points: Array, steps: int) -> Array:
+    """Return (n, 3) points on a grid of so many steps over each extent, rounded towards the middle (m)."""
     lower, upper = bounding_box(points)
     size = (upper - lower) * (1.0 / steps)  # Bullet divides so; a corner at a step depends on the last bit
     middle = (lower + upper) * 0.5

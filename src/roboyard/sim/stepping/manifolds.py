@@ -8,6 +8,7 @@ few steps.
 
 from __future__ import annotations
 
+from collections import deque
 from functools import cache
 from typing import Any
 
@@ -29,6 +30,7 @@ from roboyard.sim.stepping.impulses.records import (
     NOTES,
     PAIRS,
     RANKED,
+    REFRESHED,
     RENUMBERED,
     SHAPES,
     SORTED,
@@ -52,6 +54,8 @@ _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
 _OWNERS, _SETS = "owners of geoms", 4
 """Name in `Engine.of_arrays`, and number of sets of bodies that are kept."""
 _NO_GEOMS = np.zeros(0, np.int32)
+_REFRESHES = 1024
+"""Most changes of filters between two steps that are followed in their order; of more, the last ones."""
 _BLANK = mujoco.MjContact()
 """Given to MuJoCo for contacts that are written then."""
 
@@ -96,6 +100,8 @@ class Manifolds:
         self._bound: _Bound | None = None
         self._kept: KeptPoints | None = None
         """The points until arrays are bound again, where bodies were added or removed."""
+        self._refreshed: deque[tuple[int, int | None]] = deque(maxlen=_REFRESHES)
+        """Bodies and links whose filters changed since the last step, in order; None for all links."""
         self.points = _no_points()
         """The points, as arguments of compiled loops."""
 
@@ -114,6 +120,53 @@ class Manifolds:
         if self._bound is not None:
             self._kept = self.save()
             self._bound = None
+            if not self.points.notes[REFRESHED]:
+                self._refreshed.clear()
+
+    def refresh(self, body: int, link: int | None = None) -> None:
+        """Note that a filter of a link, or of all links of a body (by id), was set.
+
+        Their points end. Their pairs get a new place in the order of solution, at the next step.
+        """
+        bound, points, refreshed = self._bound, self.points, self._refreshed
+        if bound is None:
+            refreshed.append((body, link))
+            if self._kept is not None:
+                self._kept = _without(self._kept, body, link)
+            return
+        if not points.notes[REFRESHED]:
+            refreshed.clear()
+        refreshed.append((body, link))
+        self._write_refreshed(bound)
+        table, count = points.notes.item(TABLE), points.notes.item(PAIRS)
+        if not count:
+            return
+        keys = points.keys[table, :count]
+        ended = bound.owners[:, 0] == body
+        if link is not None:
+            ended &= bound.owners[:, 1] == link
+        left = np.flatnonzero(~(ended[keys // len(ended)] | ended[keys % len(ended)]))
+        if len(left) < count:
+            for rows in (points.keys, points.counts, points.points):
+                rows[table, : len(left)] = rows[table, left]
+            points.notes[PAIRS] = len(left)
+
+    def _write_refreshed(self, bound: _Bound) -> None:
+        """Write the ranges of geoms whose filters changed, for the next step."""
+        owners, turns = bound.owners, self.points.turns[: self.points.notes[SHAPES]]
+        ranges = list[tuple[int, int]]()
+        for body, link in self._refreshed:
+            among = owners[turns, 0] == body
+            if link is not None:
+                among &= owners[turns, 1] == link
+            places = np.flatnonzero(among)
+            if len(places):
+                ranges.append((int(places[0]), int(places[-1]) + 1))
+        if len(ranges) > len(self.points.refreshed):
+            room = np.zeros((2 * len(ranges), 2), np.int32)
+            self.points = self.points._replace(refreshed=room)
+        self.points.refreshed[: len(ranges)] = np.reshape(np.array(ranges, np.int32), (-1, 2))
+        self.points.notes[REFRESHED] = len(ranges)
 
     def change(self, body: Body, *, is_there: bool) -> None:
         """Note that rows of MuJoCo's arrays, which stay, became a body's or are no longer one's.
@@ -137,6 +190,8 @@ class Manifolds:
         meeting_pairs().renumber(
             self.points, bound.trees, *((_NO_GEOMS, rows) if is_there else (rows, _NO_GEOMS))
         )
+        if self.points.notes[REFRESHED]:
+            self._write_refreshed(bound)
 
     def save(self) -> KeptPoints | None:
         """Return a copy of all points; None where there are none."""
@@ -288,6 +343,8 @@ class Manifolds:
             new[:, : old.shape[1]] = old
         grown.ranked[:meeting], grown.slots[: len(points.slots)] = points.ranked, points.slots
         grown.tight[:], grown.wide[:], grown.seats[:] = points.tight, points.wide, points.seats
+        if len(points.refreshed):
+            grown = grown._replace(refreshed=points.refreshed)
         grown.notes[:] = points.notes
         grown.notes[[FULL, RENUMBERED, SORTED]] = 0, 1, 0
         self.points = grown
@@ -320,6 +377,8 @@ class Manifolds:
         self.points = _points(turns.copy(), places.copy(), *room)
         if kept is not None:
             self._take(kept, self._bound)
+        if self._refreshed:
+            self._write_refreshed(self._bound)
 
     def _orders_of(self, model: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return owners and orders of geoms, kept for the last few sets of bodies, which may come again."""
@@ -391,6 +450,15 @@ class _Bound:
     """Gap (m) up to which MuJoCo finds contacts."""
 
 
+def _without(kept: KeptPoints, body: int, link: int | None) -> KeptPoints:
+    """Return kept points but for those of a link, or of all links of a body (by id)."""
+    ended = kept.owners[:, :, 0] == body
+    if link is not None:
+        ended &= kept.owners[:, :, 1] == link
+    left = ~ended.any(axis=1)
+    return KeptPoints(kept.owners[left], kept.counts[left], kept.points[left], kept.met)
+
+
 @cache
 def _no_points() -> Points:
     """Return room for no points, which nothing is written into."""
@@ -423,6 +491,7 @@ def _points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int
         work=np.zeros((WORK, meeting), np.int32),
         following=np.zeros(5 * pairs, np.int32),
         sequence=np.zeros(5 * pairs, np.int32),
+        refreshed=np.zeros((0, 2), np.int32),
         notes=notes,
     )
 

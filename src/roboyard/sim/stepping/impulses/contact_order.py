@@ -62,8 +62,7 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
             points.following[n] = loose
             loose = n
     if notes[SORTED] == 0:
-        order, trees = mechanism.equality_order, mechanism.equality_tree
-        group_pairs(mechanism.geom_tree, order, trees, points, ranks, groups)
+        group_pairs(mechanism, points, ranks, groups)
         sort_pairs(work, ranks)
         notes[SORTED] = 1
     for place in range(ranks):
@@ -100,13 +99,17 @@ def insert(points, rank, contact):
         following[last] = contact
 
 
-def group_pairs(geom_tree, equality_order, equality_tree, points, ranks, groups):
+def group_pairs(mechanism, points, ranks, groups):
     """Write for each rank the place of a tree that all trees of its group share."""
-    pairs, work, places = points.pairs, points.work, points.tree_places
+    pairs, work, places, geom_tree = points.pairs, points.work, points.tree_places, mechanism.geom_tree
+    equality_order, equality_tree = mechanism.equality_order, mechanism.equality_tree
     for tree in range(groups.shape[0]):
         groups[tree] = tree
     for place in range(points.notes[LISTED]):
         unite(groups, places, geom_tree[pairs[0, place]], geom_tree[pairs[1, place]])
+    for tree in range(1, groups.shape[0]):
+        if root_body(mechanism, tree) == root_body(mechanism, tree - 1):  # limbs of a robot on a fixed base
+            unite(groups, places, tree - 1, tree)
     for place in range(equality_order.shape[0]):
         equality = equality_order[place]
         if equality < 0:
@@ -119,6 +122,11 @@ def group_pairs(geom_tree, equality_order, equality_tree, points, ranks, groups)
             tree = geom_tree[pairs[1, place]]
         work[RANK, rank] = rank
         work[GROUP, rank] = root_of(groups, places[tree]) if tree >= 0 else -1
+
+
+def root_body(mechanism, tree):
+    """Return the body of MuJoCo's world that a tree is of."""
+    return mechanism.body_root[mechanism.dof_body[mechanism.tree_dof[tree]]]
 
 
 def unite(groups, places, a, b):

@@ -3,7 +3,8 @@
 Its broad phase gives each shape a box parallel to the world's axes, which is larger than the shape and stays
 until the shape leaves it. Boxes that meet make a pair, whether the shapes touch or not. Each pair has a rank
 in the order of solution, but parts of compounds only while their own boxes meet, without a margin. A new
-pair comes last, and the last takes the place of one that ends, which is noticed some steps later.
+pair comes last, and the last takes the place of one that ends, which is noticed some steps later. A shape that
+gets a filter leaves the broad phase and comes back: its pairs end, and those it has come last.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from roboyard.sim.stepping.impulses.records import (
     PAIRS,
     POINTS,
     RANKED,
+    REFRESHED,
     RENUMBERED,
     SHAPES,
     SORTED,
@@ -56,6 +58,12 @@ def meet(mechanism, state, surface, points):
             add_pairs(mechanism, points, geom)
             seats[geom, 0] = np.inf
             moved = 1
+    if notes[REFRESHED] > 0:
+        for k in range(notes[REFRESHED]):
+            for turn in range(points.refreshed[k, 0], points.refreshed[k, 1]):
+                refresh(mechanism, state, surface, points, points.turns[turn])
+        notes[REFRESHED] = 0
+        list_pairs(points)
     for turn in range(count):
         geom = points.turns[turn]
         body = mechanism.geom_body[geom]
@@ -77,6 +85,31 @@ def meet(mechanism, state, surface, points):
     if moved == 1:
         end_pairs(mechanism, points, notes[LISTED] - before + 1)
     rank_pairs(surface.compound, points)
+
+
+def refresh(mechanism, state, surface, points, geom):
+    """End all pairs of a geom and give it a new box and new pairs; the table of pairs is filled later."""
+    notes, pairs, wide = points.notes, points.pairs, points.wide
+    place = 0
+    while place < notes[LISTED]:
+        if pairs[0, place] == geom or pairs[1, place] == geom:
+            end_pair(points, place)
+        else:
+            place += 1
+    place_box(mechanism, state, surface, points.tight, geom)
+    enlarge(points.tight, wide, geom, 0.0)
+    count = notes[SHAPES]
+    for k in range(count):
+        other = points.turns[count - 1 - k]
+        if overlap(wide, geom, wide, other, 0.0) and other != geom and wide[other, 0] <= wide[other, 3]:
+            a, b, place = min(geom, other), max(geom, other), notes[LISTED]
+            if may_touch(mechanism, a, b):
+                if place >= pairs.shape[1]:
+                    notes[FULL] = 1
+                    return
+                pairs[0, place], pairs[1, place], pairs[2, place] = a, b, -1
+                notes[LISTED] = place + 1
+    notes[SORTED] = 0
 
 
 def place_box(mechanism, state, surface, tight, geom):
@@ -197,25 +230,34 @@ def end_pairs(mechanism, points, fresh):
     count = notes[LISTED]
     left = min(count, max(fresh, count * CHECKS // 100))
     at = notes[CHECKED]
-    done = 0
+    done, ended = 0, False
     while done < left:
         place = (at + done) % count
         a, b = pairs[0, place], pairs[1, place]
         if overlap(wide, a, wide, b, 0.0) and may_touch(mechanism, a, b):
             done += 1
             continue
-        end_rank(points, place)
+        end_pair(points, place)
         count -= 1
         left -= 1
-        if place < count:
-            for k in range(3):
-                pairs[k, place] = pairs[k, count]
-            if pairs[2, place] >= 0:
-                points.ranked[pairs[2, place]] = place
+        ended = True
     notes[CHECKED] = (at + left) % count if count > 0 else 0
-    if count < notes[LISTED]:
-        notes[LISTED], notes[SORTED] = count, 0
+    if ended:
+        notes[SORTED] = 0
         list_pairs(points)
+
+
+def end_pair(points, place):
+    """End a pair, of which the last one takes the place; the table of pairs is filled later."""
+    pairs = points.pairs
+    end_rank(points, place)
+    last = points.notes[LISTED] - 1
+    points.notes[LISTED] = last
+    if place < last:
+        for k in range(3):
+            pairs[k, place] = pairs[k, last]
+        if pairs[2, place] >= 0:
+            points.ranked[pairs[2, place]] = place
 
 
 def rank_pairs(compound, points):

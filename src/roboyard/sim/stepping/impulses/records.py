@@ -29,8 +29,9 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
 """Lines of `Solver.lines`, each of as many numbers as there are rows, rounded up to blocks."""
 (
-    PAIRS, TABLE, EXTRA, HELD, LISTED, RANKED, CHECKED, FULL, RENUMBERED, SORTED, TAKEN_UP, SHAPES, NOTES,
-) = range(13)  # fmt: skip
+    PAIRS, TABLE, EXTRA, HELD, LISTED, RANKED, CHECKED, FULL, RENUMBERED, SORTED, TAKEN_UP, SHAPES, REFRESHED,
+    NOTES,
+) = range(14)  # fmt: skip
 """Places in `Points.notes`."""
 RANK, GROUP, HEAD, RANGE_START, RANGE_END, WORK = range(6)
 """Rows of `Points.work`: ranks and the groups of their pairs, as they are sorted; the first contact in the
@@ -193,11 +194,13 @@ class Points(NamedTuple):
     following: np.ndarray
     sequence: np.ndarray
     """Contacts in the order of solution."""
+    refreshed: np.ndarray
+    """(n, 2) ranges of `turns` whose geoms get new boxes and pairs, one after the other."""
     notes: np.ndarray
-    """(12,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
+    """(13,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
     of contacts moved to anchors; numbers of pairs whose boxes meet and of those with ranks, the next to be
     checked, 1 where there was no room for one, 1 where `table` is to be filled, 1 where `work` is sorted,
-    length of the sequence, number of geoms of bodies."""
+    length of the sequence, number of geoms of bodies, number of ranges in `refreshed`."""
 
 
 class Surface(NamedTuple):
@@ -286,7 +289,7 @@ STATE = record(
 POINTS = record(
     Points,
     "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " f8[:,::1] f8[:,::1] f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i8[::1]",
+    " f8[:,::1] f8[:,::1] f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i8[::1]",
 )
 SURFACE = record(
     Surface,
