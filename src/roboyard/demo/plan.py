@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.demo.sweep import Sweep, first_sweep
 from roboyard.description.mass_properties import GRAVITY
 from roboyard.morphology.point_model import PointModel, extreme_points

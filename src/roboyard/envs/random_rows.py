@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.transforms import Array
 
 Rows: TypeAlias = "np.ndarray[Any, np.dtype[np.intp]]"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.errors import unknown_name
 from roboyard.kinematics.joint_models import joint_transform, mimic_source, position_size

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard._lazy import lazy_module
 from roboyard.kinematics._inputs import wrong_size
 from roboyard.kinematics.chain import ChainArrays

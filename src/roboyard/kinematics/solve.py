@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from roboyard._arrays import ArrayLike, NDArray
 from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
 from roboyard.kinematics._inputs import (

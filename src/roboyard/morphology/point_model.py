@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.description.geometry import geometry_mesh, shape_meshes
 from roboyard.description.model import Collision, Joint, Link, RobotDescription, Visual
 from roboyard.kinematics.description_poses import forward_kinematics, vector_joints

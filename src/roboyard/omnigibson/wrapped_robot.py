@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import RoboyardError
 from roboyard.kinematics.joint_order import breadth_first_joint_names, reorder
 from roboyard.omnigibson.backends import Backend, as_backend, as_numpy

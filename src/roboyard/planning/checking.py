@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from roboyard._arrays import ArrayLike, NDArray
 from roboyard._lazy import lazy_module
 from roboyard.planning.kernels.arrays import work_for
 from roboyard.planning.obstacles import Obstacles

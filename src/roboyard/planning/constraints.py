@@ -12,8 +12,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from roboyard._arrays import ArrayLike, NDArray
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.kinematics import forward_kinematics, jacobian
 from roboyard.planning.trajectory import Outcome

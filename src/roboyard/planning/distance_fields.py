@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.description.model import Heightfield
 from roboyard.errors import ConfigError
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.kinematics.chain import ChainArrays
 from roboyard.transforms import Array, inverse_pose, multiply, pose_matrix, quaternion_from_axis_angle

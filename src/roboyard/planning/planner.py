@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import ConfigError
 from roboyard.planning.checking import CollisionChecker
 from roboyard.planning.constrained_search import ConstrainedSearch

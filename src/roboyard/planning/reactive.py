@@ -12,8 +12,8 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard._lazy import lazy_module
 from roboyard.kinematics import solve_ik
 from roboyard.planning.goals import Goal, PoseGoal, PosesGoal, pose_task

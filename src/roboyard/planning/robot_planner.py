@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.planning.attached import Attached, with_attached
 from roboyard.planning.depth_cloud import depth_obstacle

@@ -6,7 +6,8 @@ import sys
 import threading
 
 import numpy as np
-from numpy.typing import NDArray
+
+from roboyard._arrays import NDArray
 
 _local = threading.local()
 MOST = 48

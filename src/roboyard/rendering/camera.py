@@ -6,9 +6,9 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from roboyard import transforms
+from roboyard._arrays import ArrayLike, NDArray
 from roboyard._records import dataclass
 from roboyard.rendering.buffers import result
 from roboyard.rendering.matrices import check_range, look_at_view, orbit_view, perspective

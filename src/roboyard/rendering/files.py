@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from roboyard._arrays import ArrayLike, NDArray
 from roboyard.rendering.image import Image
 from roboyard.rendering.png import encode_png
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._records import dataclass
 from roboyard.rendering.camera import Camera
 from roboyard.rendering.png import encode_png

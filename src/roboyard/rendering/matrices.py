@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from roboyard import transforms
+from roboyard._arrays import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 

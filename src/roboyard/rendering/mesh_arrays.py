@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.rendering.smoothing import closed_faces, creased_normals, face_normals, join_corners
 from roboyard.shapes.mesh import TriangleMesh, bounding_box
 

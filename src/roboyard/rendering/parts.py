@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from functools import lru_cache
 from time import monotonic
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from roboyard._threads import VARIABLE, thread_count
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ThreadPoolExecutor
 
 T = TypeVar("T")
 
@@ -64,9 +66,14 @@ class Pace:
         self._drawn = 0
 
     def parts(self, most: int) -> int:
-        """Return the number of parts of the next picture: 1 or `most`."""
+        """Return the number of parts of the next picture: 1 or `most`.
+
+        Of the first picture it is 1, since to start threads may take longer than to draw it.
+        """
         self._drawn += 1
-        if most == 1 or self._drawn <= 2 or most not in self._seconds:
+        if most == 1 or self._drawn == 1:
+            return 1
+        if most not in self._seconds:
             return most
         if 1 not in self._seconds:
             return 1
@@ -99,6 +106,8 @@ def in_parts(calls: Sequence[Callable[[], T]]) -> list[T]:
     if len(calls) == 1:
         return [calls[0]()]
     if _pool is None:
+        from concurrent.futures import ThreadPoolExecutor
+
         _pool = ThreadPoolExecutor(MOST - 1, thread_name_prefix="picture")
     futures: list[Future[T]] = [_pool.submit(call) for call in calls[1:]]
     try:

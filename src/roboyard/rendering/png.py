@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 
 import numpy as np
-from numpy.typing import NDArray
+
+from roboyard._arrays import NDArray
 
 
 def encode_png(pixels: NDArray[np.uint8], *, colors: int | None = None) -> bytes:

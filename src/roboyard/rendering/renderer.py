@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.rendering.camera import Camera
 from roboyard.rendering.image import Image
 from roboyard.rendering.light import RGB, Backdrop, Light

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._records import dataclass
 from roboyard.shapes.mesh import TriangleMesh
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.rendering import textures
 from roboyard.rendering.mesh_arrays import MeshArrays, mesh_arrays
 from roboyard.rendering.scene import RenderScene, RenderShape
@@ -168,7 +168,7 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
     materials = np.zeros((len(shapes), 11))
     links = np.full((len(shapes), 7), -1, dtype=np.int32)
     boxes = np.zeros((len(shapes), 2, 3))
-    local = np.tile(np.eye(3), (len(shapes), 1, 1))
+    local, inverse = np.tile(np.eye(3), (2, len(shapes), 1, 1))
     for i, shape in enumerate(shapes):
         arrays = mesh_arrays(shape.mesh)
         offsets = table.offsets(arrays)
@@ -185,7 +185,8 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
         links[i] = (*shape.owner, texture, color, uv if texture >= 0 else -1, face, vertex)
         boxes[i] = arrays.bounds
         if shape.rgba[3] > 0.0 and 0.0 not in shape.scale:
-            local[i] = np.asarray(shape.rotation, dtype=float) * np.asarray(shape.scale, dtype=float)
+            turn, scale = np.asarray(shape.rotation, dtype=float), np.asarray(shape.scale, dtype=float)
+            local[i], inverse[i] = turn * scale, (turn / scale).T
             draws.add(i, shape, arrays, offsets, see_through=see_through)
     texels, texture_table = textures.pack(table.images)
     meshes = table.meshes
@@ -209,7 +210,7 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
         frame=np.array([shape.frame for shape in shapes], dtype=np.int32),
         position=np.array([shape.position for shape in shapes], dtype=float).reshape(-1, 3),
         shape=local,
-        shape_inverse=np.asarray(np.linalg.inv(local), dtype=float),
+        shape_inverse=inverse,
         boxes=boxes,
         middles=boxes.mean(axis=1),
         halves=halves,

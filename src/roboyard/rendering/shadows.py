@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.rendering.buffers import buffer, scratch
 from roboyard.rendering.kernels import raster
 from roboyard.rendering.kernels import shadow as kernels

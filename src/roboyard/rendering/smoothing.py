@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.native import compiled
 
 CREASE_COSINE = 0.76
@@ -85,8 +85,20 @@ def _may_be_paired(start: NDArray, stop: NDArray, count: int) -> bool:
 
     Edges and their opposites cancel in a sum of random numbers whose sign depends on the edge's direction.
     """
-    one, two = np.random.default_rng(0).integers(0, 2**63, (2, count), dtype=np.uint64)
+    one, two = _scattered(np.arange(2 * count, dtype=np.uint64)).reshape(2, count)
     return int((one[start] * two[stop] - one[stop] * two[start]).sum(dtype=np.uint64)) == 0
+
+
+def _scattered(numbers: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """Return a pseudorandom number for each number, without NumPy's generators, which take long to import.
+
+    Source:
+        splitmix64, by S. Vigna (public domain).
+    """
+    mixed = (numbers + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return mixed ^ (mixed >> np.uint64(31))
 
 
 def face_normals(vertices: NDArray, faces: NDArray) -> NDArray[np.float64]:

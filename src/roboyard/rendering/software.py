@@ -9,8 +9,8 @@ from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.rendering import shadows
 from roboyard.rendering.buffers import buffer, result, scratch
 from roboyard.rendering.camera import Camera

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+
+from roboyard._arrays import NDArray
 
 LEVELS = 14
 """Mipmap levels of a texture, the full image included."""

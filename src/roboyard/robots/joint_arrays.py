@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._mujoco import mujoco
 from roboyard.sim.body import Body
 from roboyard.sim.joint import Joint

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, RoboyardError, StaleHandleError, unknown_name
 from roboyard.robots.body_setup import configure_body

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.description.loader import FORMATS
 from roboyard.description.model import RobotDescription
 from roboyard.description.robot_model import RobotModel

@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import RoboyardError
 from roboyard.transforms import IDENTITY_QUATERNION, Array, matrix_from_quaternion, normalized
 

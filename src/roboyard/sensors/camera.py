@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from roboyard._arrays import ArrayLike, NDArray
 from roboyard.errors import RoboyardError
 from roboyard.rendering import Camera, Image
 from roboyard.rendering.matrices import perspective

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.sensors.base import Observation, Sensor
 from roboyard.sensors.scan_pattern import ScanPattern
 from roboyard.sensors.scan_rays import cast_scan

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+
+from roboyard._arrays import ArrayLike
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body

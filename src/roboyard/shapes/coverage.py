@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from roboyard._arrays import ArrayLike, NDArray
 from roboyard.shapes.convex.hulls import convex_hull, face_planes, mark_convex
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.voxels.grid import voxelize

@@ -15,8 +15,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.errors import MeshError
 from roboyard.shapes.cache import cache_folder
 from roboyard.shapes.inertia import (

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard._mujoco import mujoco
 from roboyard.description.mass_properties import MassProperties
 from roboyard.description.mjcf.checked import checked_mjcf

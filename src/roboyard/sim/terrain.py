@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.description.model import Heightfield
 from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import RoboyardError, unknown_name
 from roboyard.planning.goals import PoseGoal
 from roboyard.robots.robot import Robot

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.kinematics import forward_kinematics, solve_ik_batch
 from roboyard.planning.checking import CollisionChecker
 from roboyard.planning.obstacles import Obstacles

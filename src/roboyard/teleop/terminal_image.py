@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from roboyard._arrays import NDArray
 
 
 def as_text(rgb: NDArray[np.uint8], width: int | None = None) -> str:

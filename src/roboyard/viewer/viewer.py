@@ -9,8 +9,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.sim.queries.default_view import fitted_points
 from roboyard.viewer.bar.bar import Bar, Controls
 from roboyard.viewer.bar.contact_forces import BLUE, ForceArrows, force_arrows

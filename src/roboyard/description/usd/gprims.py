@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.description.usd.library import UsdGeom
 from roboyard.description.usd.looks import face_colors, texture_coordinates, texture_of
 from roboyard.errors import DescriptionError

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.description.model import RGBA
 from roboyard.description.usd.library import Ar, UsdGeom, UsdShade
 from roboyard.shapes.readers.external_files import decode_image

@@ -6,8 +6,8 @@ import xml.etree.ElementTree as ET
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.description.model import Pose
 from roboyard.transforms import rpy_from_matrix
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.export.usd.library import Gf, Sdf, UsdGeom, Vt
 from roboyard.transforms import Array, quaternion_from_matrix
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._numba import njit
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.transforms import Array

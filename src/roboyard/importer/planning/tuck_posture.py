@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.description.model import RobotDescription
 from roboyard.description.robot_model import CollisionSphere, RobotModel
 from roboyard.importer.planning.self_collision import PostureSampler, sample_range

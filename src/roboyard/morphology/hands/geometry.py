@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.description.evidence.model import Follower
 from roboyard.description.model import Box, Joint, Link, RobotDescription
 from roboyard.errors import MeshError

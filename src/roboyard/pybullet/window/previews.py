@@ -7,8 +7,8 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.state.visualizer_camera import VisualizerCamera
 from roboyard.pybullet.window.switches import is_on

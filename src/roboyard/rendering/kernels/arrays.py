@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.native import record
 
 Array = NDArray[np.float64]

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.description.geometry import geometry_mesh
 from roboyard.description.model import Collision, Mesh, Pose, RobotDescription, Visual
 from roboyard.rendering.mesh_arrays import mesh_arrays

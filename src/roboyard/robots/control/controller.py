@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, Field
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.robots.control.scaling import LimitSetting, Scaling
 from roboyard.robots.stability.zmp import BalanceMargins

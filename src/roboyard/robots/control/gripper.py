@@ -18,9 +18,9 @@ from collections import deque
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import ConfigError
 from roboyard.robots.control.controller import (
     Control,

@@ -22,9 +22,9 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
+from roboyard._arrays import ArrayLike
 from roboyard.robots.control.controller import (
     Control,
     Controller,

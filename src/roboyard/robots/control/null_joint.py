@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import ConfigError
 from roboyard.robots.control.controller import ControllerSettings, GroupLimits, GroupState
 from roboyard.robots.control.joint import JointController, JointSettings

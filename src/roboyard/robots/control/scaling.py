@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import BeforeValidator
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import ConfigError
 from roboyard.transforms import Array
 

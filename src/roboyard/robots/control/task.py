@@ -22,9 +22,9 @@ from collections.abc import Callable
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import model_validator
 
+from roboyard._arrays import ArrayLike
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.kinematics import ChainArrays, forward_kinematics
 from roboyard.robots.control.controller import (

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError
 from roboyard.kinematics.joint_order import breadth_first_joint_names, reorder

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._numba import njit
 from roboyard.shapes.convex.hulls import Hull, convex_hull, farthest_along, hull_volume
 from roboyard.shapes.mesh import TriangleMesh

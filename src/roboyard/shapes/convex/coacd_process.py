@@ -13,8 +13,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.voxels.grid import triangles
 

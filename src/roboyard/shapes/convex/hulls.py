@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from roboyard._arrays import ArrayLike, NDArray
 from roboyard.errors import MeshError
 from roboyard.native import compiled
 from roboyard.shapes.mesh import TriangleMesh, read_only

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.shapes.readers.external_files import load_image
 from roboyard.shapes.readers.read_mtl import SurfaceMaterial
 

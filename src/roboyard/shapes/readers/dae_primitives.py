@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.shapes.readers.parts import Floats, Indices, check_triangles
 from roboyard.shapes.readers.plain_numbers import is_worth_it, read_plain_numbers
 

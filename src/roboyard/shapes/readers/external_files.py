@@ -130,14 +130,26 @@ def clear_images() -> None:
         _recent.clear()
 
 
-def decode_image(data: bytes, what: str) -> NDArray[np.uint8] | None:
-    """Return (h, w, 4) RGBA of an image file's bytes; None, with a log message, if they are not an image."""
+def _opened(data: bytes) -> Image:
+    """Return an image whose pixels are not read yet.
+
+    For the format of most textures Pillow is not asked, which imports four others first.
+    """
+    if data.startswith(b"\x89PNG\r\n\x1a\n"):
+        from PIL.PngImagePlugin import PngImageFile
+
+        return PngImageFile(io.BytesIO(data))
     from PIL.Image import open as open_image
 
+    return open_image(io.BytesIO(data), formats=_IMAGES)
+
+
+def decode_image(data: bytes, what: str) -> NDArray[np.uint8] | None:
+    """Return (h, w, 4) RGBA of an image file's bytes; None, with a log message, if they are not an image."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of many pixels, which are counted below
-            opened = open_image(io.BytesIO(data), formats=_IMAGES)
+            opened = _opened(data)
         with opened as image:
             if image.width * image.height > MAX_PIXELS:
                 _log.info("%s: %d x %d pixels are too many; skipped", what, image.width, image.height)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._lazy import lazy_module
 from roboyard.shapes.readers.worth import is_large, is_worth
 

@@ -13,8 +13,8 @@ from pathlib import Path
 from xml.parsers import expat
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.shapes.readers.dae_materials import Surfaces
 from roboyard.shapes.readers.dae_primitives import Primitive, read_geometry
 from roboyard.shapes.readers.parts import Floats, Part, check_triangles, part_from_corners

@@ -8,8 +8,8 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._lazy import LazyLogger
 from roboyard._records import dataclass
 from roboyard.shapes.readers.external_files import find_external_file, load_image

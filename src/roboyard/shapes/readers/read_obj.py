@@ -12,8 +12,8 @@ from dataclasses import field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._records import dataclass
 from roboyard.shapes.readers.parts import (
     Floats,

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.shapes.readers.external_files import MAX_PIXELS, find_external_file, pixels
 from roboyard.shapes.readers.parts import Part, check_triangles
 from roboyard.untrusted.files import read_file

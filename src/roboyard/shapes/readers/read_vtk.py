@@ -8,8 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.errors import MeshError
 from roboyard.shapes.readers.parts import TooManyTrianglesError, check_triangles, check_vertices
 from roboyard.untrusted.files import read_file

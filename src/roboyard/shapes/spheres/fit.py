@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.sampling import surface_points

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._numba import njit
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.voxels.grid import triangles

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from roboyard._arrays import ArrayLike, NDArray
 from roboyard._numba import njit
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.sampling import fibonacci_sphere, surface_points

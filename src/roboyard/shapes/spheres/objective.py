@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.shapes.sampling import box_points, fibonacci_sphere
 from roboyard.shapes.spheres import kernels
 from roboyard.shapes.voxels.grid import VoxelGrid

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh, bounding_box
 from roboyard.shapes.voxels import kernels

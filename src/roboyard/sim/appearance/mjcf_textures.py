@@ -11,8 +11,8 @@ from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.rendering.textures import as_rgba

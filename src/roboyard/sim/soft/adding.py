@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from roboyard._arrays import ArrayLike, NDArray
 from roboyard.description.model import RGBA, Link, Material, Mesh, RobotDescription, Visual
 from roboyard.errors import RoboyardError
 from roboyard.shapes.mesh import TriangleMesh

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._records import dataclass
 from roboyard.sim.soft.materials import NeoHookean, Springs
 from roboyard.transforms import Array

@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.errors import RoboyardError, StaleHandleError

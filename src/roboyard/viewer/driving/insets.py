@@ -10,8 +10,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.rendering import Camera
 from roboyard.viewer.page.page_script import PageScript
 from roboyard.viewer.scene.scans import scan_colors

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from roboyard._arrays import NDArray
 
 Array = NDArray[np.float64]
 

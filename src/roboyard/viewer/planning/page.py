@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from roboyard._arrays import ArrayLike
 from roboyard.planning import Plan, PoseGoal
 from roboyard.planning.checking import CollisionChecker
 from roboyard.transforms import from_wxyz, to_wxyz

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.transforms import from_wxyz, matrix_from_quaternion
 from roboyard.viewer.scene.texts import SceneText, Texts
 

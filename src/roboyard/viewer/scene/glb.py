@@ -12,8 +12,8 @@ import struct
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.rendering.mesh_arrays import MeshArrays, unsorted_arrays
 from roboyard.rendering.scene import RenderShape
 from roboyard.rendering.smoothing import is_closed

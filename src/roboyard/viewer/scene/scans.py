@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from roboyard._arrays import NDArray
 
 if TYPE_CHECKING:
     from roboyard.robots import Robot

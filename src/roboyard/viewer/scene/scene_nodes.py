@@ -10,8 +10,8 @@ from time import monotonic
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.rendering.scene import RenderShape
 from roboyard.transforms import quaternion_from_matrix, to_wxyz
 from roboyard.viewer.scene.coarse import CoarseMeshes

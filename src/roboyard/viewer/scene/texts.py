@@ -11,8 +11,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard._records import NamedTuple
 from roboyard.transforms import matrix_from_quaternion
 from roboyard.viewer.page.page_script import PageScript

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.errors import ConfigError
 from roboyard.untrusted.yaml_reading import read_yaml
 

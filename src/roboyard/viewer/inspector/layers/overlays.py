@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.transforms import Array
 from roboyard.viewer.inspector.edits.edit_state import EditState
 from roboyard.viewer.inspector.layers.link_layer import Drawn, LinkLayer, ShapeLayer

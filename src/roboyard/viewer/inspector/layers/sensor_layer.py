@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roboyard._arrays import NDArray
 from roboyard.sensors.camera import FOVX
 from roboyard.transforms import Array, matrix_from_quaternion, quaternion_from_matrix, to_wxyz
 from roboyard.viewer.inspector.edits.edit_state import EditState, SensorPose
