@@ -8,7 +8,7 @@ OBJECTS = ("cube_small.urdf", "sphere_small.urdf", "cube_small.urdf", "duck_vhac
 
 p.connect(p.DIRECT)
 p.setAdditionalSearchPath(pybullet_data.getDataPath())
-for episode in range(20):
+for _ in range(20):
     p.resetSimulation()
     p.setGravity(0, 0, -9.81)
     p.loadURDF("plane.urdf", [0, 0, -0.65])
@@ -18,7 +18,7 @@ for episode in range(20):
         p.resetJointState(arm, joint, 0.1 * joint)
     reach = p.getLinkState(arm, 6)[0]
     objects = [p.loadURDF(file, [0.4 + 0.05 * k, 0.1 * k - 0.2, 0.1]) for k, file in enumerate(OBJECTS)]
-    for _ in range(50):
+    for _step in range(50):
         for joint in range(7):
             p.setJointMotorControl2(arm, joint, p.POSITION_CONTROL, 0.1 * joint, force=200)
         p.stepSimulation()

@@ -66,7 +66,7 @@ ARM = RobotDescription(
 
 def world(former: Any = None) -> World:
     made = World(profile=BULLET, visual_geoms=False)
-    made.is_kept, made.former = True, former
+    made.is_kept, made.compiles.former = True, former
     return made
 
 

@@ -83,7 +83,7 @@ class Client:
         self.scene = PhysicsScene(self.parameters, self._first_texture)
         self.scene.world.prepared = self.prepared
         self.scene.world.pool.restore_history(self._history)
-        self.scene.world.former, self._former = self._former, None
+        self.scene.world.compiles.former, self._former = self._former, None
         return self.scene
 
     def _release_scene(self) -> None:

@@ -9,24 +9,20 @@ import numpy as np
 
 from roboyard._mujoco import mujoco
 from roboyard.errors import ModelError, RoboyardError
+from roboyard.sim.build.contact_law import set_contact_law, set_law_of_few
 from roboyard.sim.build.geoms import add_triangles_for_rays
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets, forget_meshes
-from roboyard.sim.build.records import BuiltLink
 from roboyard.sim.build.solver_options import (
-    HARD_SOLIMP,
-    PILE_SOLIMP,
-    PILE_SOLREF,
     Solver,
     apply_options,
     chosen_solver,
     new_spec,
 )
-from roboyard.sim.build.triangle_windows import HALF_THICKNESS
 from roboyard.sim.discarded_worlds import WORLDS
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
-from roboyard.sim.pool.kept_worlds import Compile, CompileKey, FormerWorld, KeptWorld, keep
+from roboyard.sim.pool.kept_worlds import CompileKey, Compiles, FormerWorld, KeptWorld, keep
 from roboyard.sim.protocols import EngineBody, JointDrives, LinkSurfaces, LinkWrenches
 from roboyard.transforms import Array
 
@@ -58,10 +54,8 @@ class Engine(Generic[BodyT]):
         """Bodies that are not in the spec yet, in the order they were added."""
         self.is_kept = False
         """Whether the world that replaces this one may take over its compiled model."""
-        self.former: FormerWorld | None = None
-        """The world that this one replaces, until the first compile, which may take it over."""
-        self._compiles: list[Compile] | None = []
-        """All compiles so far, for the next world; None once one cannot be compared with those of others."""
+        self.compiles = Compiles()
+        """All compiles of this world, and of the one that it replaces."""
         self._is_edited = False
         """Whether the spec has changed since the last compile, or has more than planned bodies before it."""
         self.element_edits = 0
@@ -427,12 +421,13 @@ class Engine(Generic[BodyT]):
         self._free_dofs = sum(form.free_dofs for form in forms)
         self._has_joints = any(form.has_joints for form in forms)
         key = self._compile_key() if self.is_kept else None
-        known = self._former_compile(key)
+        compiles = self.compiles
+        known = compiles.repeated(key)
         if key is not None and known is not None and known[1] is not None:
             self._take_over(known[1], key)
             return
         before = None
-        if key is not None and self._needs_spec(known):
+        if key is not None and compiles.needs_spec(known):
             before = self._model, self._data
             self._begin_spec(key)
         self.build_planned()
@@ -468,7 +463,7 @@ class Engine(Generic[BodyT]):
             built = [body.built for body in self.body_by_id.values()]
             extras = self._extra_elements()
             kept = keep(key, spec, self.assets, built, extras, self._model, self._data, self.of_arrays)
-        self._note_compile(key, kept)
+        compiles.note(key, kept)
         if before is not None:
             self._go_on_from(*before)
         self._geom_owners = None
@@ -478,7 +473,7 @@ class Engine(Generic[BodyT]):
     def _compile_key(self) -> CompileKey | None:
         """Return what a compile is made from; None where the spec has more than planned bodies."""
         pool = self.pool
-        if self._is_edited or self._compiles is None or pool.expects_bodies or pool.is_used:
+        if self._is_edited or not self.compiles.are_known or pool.expects_bodies or pool.is_used:
             return None
         found = [body.plan_now() for body in self.body_by_id.values()]
         plans = tuple(plan for plan in found if plan is not None)
@@ -490,31 +485,12 @@ class Engine(Generic[BodyT]):
         settings = self._solver, self.profile, self._memory_least, extra
         return CompileKey(bodies=plans, settings=settings)
 
-    def _former_compile(self, key: CompileKey | None) -> Compile | None:
-        """Return the compile of the world before that this one repeats, if all were alike so far."""
-        found = None
-        if key is not None and self.former is not None and self._compiles is not None:
-            found = self.former.compile_like(key, len(self._compiles))
-        if found is None:
-            self.former = None
-        return found
-
-    def _needs_spec(self, known: Compile | None) -> bool:
-        """Return whether a later compile needs a spec of its own: to be kept, or since the one before is."""
-        return bool(self._compiles) and (known is not None or self._compiles[-1][1] is not None)
-
     def _begin_spec(self, key: CompileKey) -> None:
         """Begin a spec for all bodies; the one before stays as it was compiled."""
         self._made_spec, self._planned = None, list(self.body_by_id.values())
         for body, plan in zip(self._planned, key.bodies, strict=True):
             body.plan_again(plan)
         self._leave_extra_elements()
-
-    def _note_compile(self, key: CompileKey | None, kept: KeptWorld | None) -> None:
-        if key is None:
-            self._compiles = None
-        elif self._compiles is not None:
-            self._compiles.append((key, kept))
 
     def _go_on_from(self, model: Any, data: Any) -> None:
         """Give the bodies of a smaller world, which are the first of this one, the state that they had there.
@@ -548,7 +524,7 @@ class Engine(Generic[BodyT]):
         self.pool.locate()
         for body in self.body_by_id.values():
             body.refresh(self._model)
-        self._note_compile(kept.key, kept)
+        self.compiles.note(kept.key, kept)
         self._is_edited = False
         self._after_compile()
         self.mark_moved()
@@ -556,12 +532,10 @@ class Engine(Generic[BodyT]):
     def retire(self) -> FormerWorld | None:
         """Return what the world that replaces this one may take over, before this one is released."""
         if self._model is None:
-            return self.former
-        compiles = self._compiles
-        if self.is_stale or self._is_edited or not compiles or self.pool.is_used:
+            return self.compiles.former
+        if self.is_stale or self._is_edited or self.pool.is_used:
             return None
-        later = () if self.former is None else self.former.compiles[len(compiles) :]
-        return FormerWorld(compiles=(*compiles, *later))
+        return self.compiles.of_next()
 
     def release(self) -> None:
         """Free the world at once; neither it nor its bodies can be used any more.
@@ -678,46 +652,11 @@ class Engine(Generic[BodyT]):
             bodies: those whose shapes are set.
             are_all: whether these are all bodies of the world.
         """
-        model, profile = self._model, self.profile
-        is_pile = self._is_pile
+        profile, is_pile = self.profile, self._is_pile
         self.hard_contacts = profile.hard_contacts and not is_pile
         records = [r for body in bodies for r in body.built.links if r.link is not None]
-        if not are_all:
-            self._set_law_of_few(records, is_pile=is_pile)
-            return
-        if is_pile or profile.hard_contacts:
-            ours = np.array([geom.id for record in records for geom in record.geoms], dtype=np.intp)
-            model.geom_margin[ours] = 0.0
-            if self.hard_contacts:
-                is_box = model.geom_type[ours] == mujoco.mjtGeom.mjGEOM_BOX
-                model.geom_margin[ours] = np.where(is_box, profile.box_margin, profile.contact_margin)
-            model.geom_solimp[ours] = PILE_SOLIMP if is_pile else HARD_SOLIMP
-            if is_pile:
-                model.geom_solref[ours] = PILE_SOLREF
-        slots = [geom.id for record in records for window in record.windows for geom in window.slots]
-        if slots and not self.hard_contacts:  # bodies rest on the triangles, inside the prisms
-            model.geom_margin[slots], model.geom_gap[slots] = -HALF_THICKNESS, HALF_THICKNESS
-        # pairs of bodies with several shapes are looked at within these margins alone
-        model.body_margin[:] = 0.0
-        np.maximum.at(model.body_margin, model.geom_bodyid, model.geom_margin + model.geom_gap)
-
-    def _set_law_of_few(self, records: Iterable[BuiltLink], *, is_pile: bool) -> None:
-        """Do what `_set_contact_law` does, for links whose shapes alone are new and have no windows."""
-        model, profile = self._model, self.profile
-        margin, gap_of, kind_of = model.geom_margin, model.geom_gap.item, model.geom_type.item
-        for record in records:
-            geoms = [geom.id for geom in record.geoms]
-            if is_pile or profile.hard_contacts:
-                for geom in geoms:
-                    is_box = kind_of(geom) == _BOX
-                    width = profile.box_margin if is_box else profile.contact_margin
-                    margin[geom] = width if self.hard_contacts else 0.0
-                    model.geom_solimp[geom] = PILE_SOLIMP if is_pile else HARD_SOLIMP
-                    if is_pile:
-                        model.geom_solref[geom] = PILE_SOLREF
-            geoms += [geom.id for geom in record.visuals]
-            widest = max([0.0, *(margin.item(geom) + gap_of(geom) for geom in geoms)])
-            model.body_margin[record.element.id] = widest
+        write = set_contact_law if are_all else set_law_of_few
+        write(self._model, profile, records, is_pile=is_pile)
 
     def link_frames(self, *, keeps_last: bool) -> Any:
         """Return the MjData with positions of bodies, geoms and sites that agree with qpos.

@@ -15,8 +15,8 @@ additions: each step costs as much for them as for an active body.
 A body that is removed while the spec waits for its compile is deleted with others before that. Any other
 removed body becomes inactive, too, if it came from the pool or has one link. One of several links does where
 it is the newest and nothing of its elements has changed but friction: the next like it takes its rows. All
-inactive bodies are deleted with the next compile, after some steps without additions and removals, and when MuJoCo's own arrays
-(`Engine.model`, `Engine.data`) or the spec are read.
+inactive bodies are deleted with the next compile, after some steps without additions and removals, and when
+MuJoCo's own arrays (`Engine.model`, `Engine.data`) or the spec are read.
 
 `benchmarks/pool.py` measures the gain.
 """

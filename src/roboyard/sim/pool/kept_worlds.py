@@ -116,6 +116,51 @@ class FormerWorld:
         return found if key.is_like(found[0]) else None
 
 
+class Compiles:
+    """The compiles of one world, and those of the one that it replaces."""
+
+    def __init__(self) -> None:
+        self.former: FormerWorld | None = None
+        """The world that this one replaces, as long as all compiles of this one were also its own."""
+        self._own: list[Compile] | None = []
+
+    @property
+    def are_known(self) -> bool:
+        """Whether each compile so far can be compared with those of other worlds."""
+        return self._own is not None
+
+    def repeated(self, key: CompileKey | None) -> Compile | None:
+        """Return the compile of the world before that the next one repeats, if all were alike so far."""
+        found = None
+        if key is not None and self.former is not None and self._own is not None:
+            found = self.former.compile_like(key, len(self._own))
+        if found is None:
+            self.former = None
+        return found
+
+    def needs_spec(self, known: Compile | None) -> bool:
+        """Return whether a later compile needs a spec of its own: to be kept, or since the one before is.
+
+        Args:
+            known: the result of `repeated`.
+        """
+        return bool(self._own) and (known is not None or self._own[-1][1] is not None)
+
+    def note(self, key: CompileKey | None, kept: KeptWorld | None) -> None:
+        """Note a compile; without a key, this and later ones cannot be compared."""
+        if key is None:
+            self._own = None
+        elif self._own is not None:
+            self._own.append((key, kept))
+
+    def of_next(self) -> FormerWorld | None:
+        """Return what the next world may take over, where specs are as they were compiled."""
+        if not self._own:
+            return None
+        later = () if self.former is None else self.former.compiles[len(self._own) :]
+        return FormerWorld(compiles=(*self._own, *later))
+
+
 def keep(
     key: CompileKey,
     spec: Any,
