@@ -182,6 +182,28 @@ def test_reading_velocities_leaves_link_frames_a_step_behind(rod: int) -> None:
     np.testing.assert_allclose(fresh[6], [-0.5 * speed * cos(q), 0, 0.5 * speed * sin(q)], atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("fixed", "turn"),
+    [
+        (False, (-0.040538951, -0.0822201175, 0.0718985302, 0.993190338)),
+        (True, (0, 0, 0.247403959, 0.968912422)),
+    ],
+)
+def test_the_frame_of_a_fixed_base_is_not_that_of_its_principal_axes(
+    client: int, tmp_path: Path, fixed: bool, turn: tuple[float, ...]
+) -> None:
+    """PyBullet 3.2.7 gives a base that a script fixes neither mass nor inertia."""
+    inertia = '<inertia ixx="0.02" iyy="0.03" izz="0.04" ixy="0.004" ixz="-0.003" iyz="0.002"/>'
+    inertial = f'<inertial><origin xyz="0.1 0.2 0.3" rpy="0 0 0.5"/><mass value="2"/>{inertia}</inertial>'
+    text = f'<robot name="base"><link name="base">{inertial}</link></robot>'
+    flags = p.URDF_USE_INERTIA_FROM_FILE
+    body = load(tmp_path, text, basePosition=[0, 0, 1], useFixedBase=fixed, flags=flags)
+    position, orientation = p.getBasePositionAndOrientation(body)
+    assert position == pytest.approx((0.1, 0.2, 1.3), abs=1e-12)
+    assert orientation == pytest.approx(turn, abs=1e-8)
+    assert p.getDynamicsInfo(body, -1)[4] == pytest.approx(turn, abs=1e-8)
+
+
 def test_inertia_comes_from_shapes_unless_the_file_is_asked_for(client: int, tmp_path: Path) -> None:
     body = load(tmp_path, OFFSET)
     info = p.getDynamicsInfo(body, -1)

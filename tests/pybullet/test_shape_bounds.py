@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +97,47 @@ def test_moments_margin_and_box(client: int, tmp_path: Path, shape: str, inertia
     np.testing.assert_allclose(found[2], moments, rtol=1e-7)
     assert found[11] == pytest.approx(margin)
     np.testing.assert_allclose(p.getAABB(body), box, atol=2e-7)
+
+
+_CORNERS = ((-0.124613404, -0.129396826, -0.167867854), (0.192341551, 0.119006768, 0.163659334))
+"""Of a box at which Bullet's rounding takes a step of 0.02 mm from y, and nothing from x and z."""
+_FACES = (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)
+_OTHERS = (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)
+
+
+@pytest.mark.parametrize(
+    ("kind", "box", "moments"),
+    [
+        (
+            "stl",
+            ((-0.126613404, -0.131372511, -0.169867854), (0.194341551, 0.120982453, 0.165659334)),
+            (0.0297701739, 0.0363707496, 0.0281660573),
+        ),
+        (
+            "obj",
+            ((-0.127613404, -0.132396826, -0.170867854), (0.195341551, 0.122006768, 0.166659334)),
+            (0.0297742986, 0.0363707510, 0.0281701820),
+        ),
+    ],
+)
+def test_hulls_of_files_are_rounded_but_for_those_of_obj_files(
+    client: int, tmp_path: Path, kind: str, box: tuple[tuple[float, ...], ...], moments: tuple[float, ...]
+) -> None:
+    corners = np.array(list(product(*zip(*_CORNERS, strict=True))))
+    faces = np.array(_FACES + _OTHERS)
+    if kind == "stl":
+        records = b"".join(struct.pack("<12fH", 0, 0, 0, *corners[face].ravel(), 0) for face in faces)
+        (tmp_path / "box.stl").write_bytes(b" " * 80 + struct.pack("<I", len(faces)) + records)
+    else:
+        lines = ["v {} {} {}".format(*corner) for corner in corners]
+        lines += ["f {} {} {}".format(*face) for face in faces + 1]
+        (tmp_path / "box.obj").write_text("\n".join(lines))
+    shape = f'<collision><geometry><mesh filename="box.{kind}"/></geometry></collision>'
+    file = tmp_path / "box.urdf"
+    file.write_text(f'<robot name="box"><link name="box">{AT}{shape}</link></robot>')
+    body = p.loadURDF(str(file))
+    np.testing.assert_allclose(p.getAABB(body), box, atol=1e-8)
+    np.testing.assert_allclose(p.getDynamicsInfo(body, -1)[2], moments, rtol=1e-7)
 
 
 def test_each_object_of_an_obj_file_has_a_hull(client: int, tmp_path: Path) -> None:

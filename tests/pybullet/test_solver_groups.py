@@ -82,3 +82,59 @@ def test_a_sliding_cube_that_spins_follows_pybullet(client: int) -> None:
         p.stepSimulation()
         if step in SLIDING:
             np.testing.assert_allclose(_velocity(cube), SLIDING[step], atol=1e-6)
+
+
+def _limbs(parents: list[int], positions: list[list[float]], **given: list) -> int:
+    """Return a fixed base with links of small spheres, each with its own joint."""
+    ball, n = p.createCollisionShape(p.GEOM_SPHERE, radius=0.01), len(parents)
+    return p.createMultiBody(
+        0, -1, -1, [0, 0, 1], linkCollisionShapeIndices=[ball] * n, linkVisualShapeIndices=[-1] * n,
+        linkPositions=positions, linkOrientations=[[0, 0, 0, 1]] * n,
+        linkInertialFrameOrientations=[[0, 0, 0, 1]] * n, linkParentIndices=parents, **given,
+    )  # fmt: skip
+
+
+def test_the_limbs_of_a_robot_on_a_fixed_base_are_one_group(client: int) -> None:
+    """The second limb is solved as long as the first one; alone it would be done at 5e-4 rad/s."""
+    p.setGravity(0, 0, -9.81)
+    p.setTimeStep(0.1)
+    robot = _limbs(
+        [0, 1, 2, 0, 4, 5],
+        [[0.03, 0.08, 0.06], [-0.05, -0.04, 0.07], [-0.1, 0.06, 0.06], [-0.01, -0.04, -0.04],
+         [-0.05, -0.01, 0], [0.01, 0.1, 0.06]],
+        linkInertialFramePositions=[[0.01, 0.05, -0.03], [-0.03, 0.01, -0.05], [-0.05, 0, 0],
+                                    [0.04, 0.01, 0], [0, -0.03, -0.05], [-0.03, 0.02, -0.03]],
+        linkMasses=[0.05, 0.05, 0.1, 0.1, 0.1, 0.1], linkJointTypes=[p.JOINT_REVOLUTE] * 6,
+        linkJointAxis=[[1, 0, 0], [0, 0, 1], [0, 0, 1]] * 2,
+    )  # fmt: skip
+    p.stepSimulation()
+    speeds = [p.getJointState(robot, joint)[1] for joint in range(6)]
+    assert speeds == pytest.approx([-0.0270116123, -0.0230339183, 0, 0, 0, 0], abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("shift", "wanted"), [(0.0, (0.0833297672, 0.083320598)), (0.01, (0.0464644953, 0.138617585))]
+)
+def test_a_gear_between_fingers_of_an_arm_needs_as_many_rounds_as_in_pybullet(
+    client: int, shift: float, wanted: tuple[float, float]
+) -> None:
+    """Bullet does not allow for what the joints of a gear do to each other through the arm."""
+    p.setGravity(0, 0, -9.81)
+    p.setPhysicsEngineParameter(numSolverIterations=4)
+    n = 3
+    arm = p.createMultiBody(
+        0, -1, -1, [0, 0, 1], linkMasses=[1, 0.3, 0.2], linkCollisionShapeIndices=[-1] * n,
+        linkVisualShapeIndices=[-1] * n, linkPositions=[[0, 0, 0.1], [0.1, 0.05, 0.2], [-0.1, 0.05, 0.2]],
+        linkOrientations=[[0, 0, 0, 1]] * n, linkInertialFramePositions=[[0.05, 0.02, -0.1]] * n,
+        linkInertialFrameOrientations=[[0, 0, 0, 1]] * n, linkParentIndices=[0, 1, 1],
+        linkJointTypes=[p.JOINT_REVOLUTE, p.JOINT_PRISMATIC, p.JOINT_PRISMATIC],
+        linkJointAxis=[[0, 1, 0], [1, 0, 0], [1, 0, 0]],
+    )  # fmt: skip
+    gear = p.createConstraint(arm, 1, arm, 2, p.JOINT_GEAR, [1, 0, 0], [0, 0, 0], [0, 0, 0])
+    p.changeConstraint(gear, gearRatio=-1, maxForce=50, erp=0.2)
+    p.resetJointState(arm, 1, shift)
+    p.setJointMotorControl2(arm, 1, p.VELOCITY_CONTROL, targetVelocity=0.2, force=5)
+    p.setJointMotorControl2(arm, 2, p.VELOCITY_CONTROL, targetVelocity=0, force=0)
+    for _ in range(2):
+        p.stepSimulation()
+    assert [p.getJointState(arm, joint)[1] for joint in (1, 2)] == pytest.approx(wanted, abs=1e-9)

@@ -55,6 +55,17 @@ def test_closed_faces_are_found_part_by_part():
     assert closed_faces(vertices, faces).tolist() == [True] * 12 + [False] * 2
 
 
+@pytest.mark.parametrize("hole", [False, True])
+def test_parts_with_a_vertex_of_very_many_edges_are_closed_or_not(hole):
+    rim = [(np.cos(a), np.sin(a), 0.0) for a in np.linspace(0, 2 * np.pi, 400, endpoint=False)]
+    vertices = np.array([(0, 0, 1), (0, 0, -1), *rim])
+    after = np.roll(np.arange(400), -1) + 2
+    top = np.column_stack([np.zeros(400, int), np.arange(400) + 2, after])
+    bottom = np.column_stack([np.ones(400, int), after, np.arange(400) + 2])
+    faces = np.concatenate([top, bottom])[1 if hole else 0 :]
+    assert (closed_faces(vertices, faces) == (not hole)).all()
+
+
 def test_computed_normals_match_a_plain_loop():
     rng = np.random.default_rng(1)
     vertices, faces = joined(primitives.sphere(1.0, 10))

@@ -8,6 +8,7 @@ from roboyard.errors import MeshError
 from roboyard.shapes import load_mesh, scaled
 from roboyard.shapes.load import clear_cache
 from roboyard.shapes.readers.plain_obj import read_plain
+from roboyard.shapes.readers.read_stl import merge_equal
 
 
 @pytest.fixture(autouse=True)
@@ -204,3 +205,14 @@ def test_a_large_obj_loads_fast(tmp_path):
     assert time.process_time() - start < 2.0
     assert mesh.faces.shape == (81920, 3)
     np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1, atol=1e-12)
+
+
+def test_equal_corners_of_stl_files_are_one_vertex_in_order_of_first_use() -> None:
+    rng = np.random.default_rng(5)
+    points = (rng.integers(-3, 4, (3000, 3)) / 3).astype(np.float32)
+    points[::7, 0] = -0.0
+    vertices, places = merge_equal(points)
+    assert np.array_equal(vertices[places], points)
+    assert len(vertices) == len(np.unique(points + 0.0, axis=0))
+    firsts = np.unique(places, return_index=True)[1]
+    assert np.array_equal(firsts, np.sort(firsts))

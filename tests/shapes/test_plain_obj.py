@@ -96,7 +96,7 @@ def test_numbers_are_exact() -> None:
 @pytest.mark.parametrize(
     "line",
     [b"v 1 2", b"v 1 2 3 0.5 0.5 0.5", b"v nan 0 0", b"v 1 2 0x3", b"v\t1 2 3", b"f -1 -2 -3", b"f 1 2 x",
-     b"f 1/ 2/ 3/x", b"f 0 1 2", b"vp 1 2", b"v 1.2345678901234567 0 0", b"v 1e400 0 0", b"f 1 2 \\",
+     b"f 1/ 2/ 3/x", b"f 0 1 2", b"vp 1 2", b"v 1.234567890123456789 0 0", b"v 1e400 0 0", b"f 1 2 \\",
      b"o a\\", b"v 1 2 3\rv 4 5 6", b"f"],
 )  # fmt: skip
 def test_other_files_are_left_to_the_reader_of_lines(line: bytes) -> None:

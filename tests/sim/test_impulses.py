@@ -45,12 +45,13 @@ def problem(seed: int, arm: int) -> dict[str, np.ndarray]:
                 jacobian[n, here] = rng.normal(size=tree_dofs[tree])
                 entries[n, done : done + tree_dofs[tree]] = jacobian[n, here]
                 done += tree_dofs[tree]
-    goals = np.zeros((10, 5))
+    goals = np.zeros((10, 6))
     goals[:, 0] = rng.normal(size=10)
     goals[:4, 1], goals[:4, 2] = -0.3, 0.3
     goals[4:6, 2] = 1e10
     goals[6:, 1] = goals[6:, 2] = 0.4
     goals[5, 4] = 0.05
+    goals[2, 5] = -0.4
     return {
         "rows": rows,
         "spans": spans,
@@ -70,7 +71,7 @@ def reference(given: dict[str, np.ndarray], rounds: int) -> np.ndarray:
     """Return the impulses after some rounds, by dense products."""
     J, R, goals = given["dense"], given["response"], given["goals"]
     impulses, change = np.zeros(10), np.zeros(J.shape[1])
-    own = np.einsum("nd,nd->n", J, R) + goals[:, 4]
+    own = np.einsum("nd,nd->n", J, R) + goals[:, 4] - goals[:, 5]
 
     def wish(n: int) -> float:
         return impulses[n] + (goals[n, 0] - goals[n, 4] * impulses[n] - J[n] @ change) / own[n]
@@ -185,7 +186,7 @@ def pile(seed: int, sizes: list[int], contacts: int) -> dict[str, np.ndarray]:
                 spans[n, 2 * side], spans[n, 2 * side + 1] = first, size
                 dense[n, first : first + size] = entries[n, done : done + size] = rng.normal(size=size)
                 done += size
-    goals = np.zeros((len(rows), 5))
+    goals = np.zeros((len(rows), 6))
     goals[:, 0] = rng.normal(size=len(rows))
     goals[: ends[0], 1], goals[: ends[0], 2] = -0.3, 0.3
     goals[ends[0] : ends[1], 2] = 1e10
@@ -211,7 +212,7 @@ def impulses_of_pile(given: dict[str, np.ndarray], rounds: int) -> np.ndarray:
     """Return the impulses of all groups after some rounds, by dense products."""
     J, R, goals, rows, ends = (given[name] for name in ("dense", "response", "goals", "rows", "ends"))
     impulses, change = np.zeros(len(J)), np.zeros(J.shape[1])
-    own = np.einsum("nd,nd->n", J, R) + goals[:, 4]
+    own = np.einsum("nd,nd->n", J, R) + goals[:, 4] - goals[:, 5]
 
     def wish(n: int) -> float:
         return impulses[n] + (goals[n, 0] - goals[n, 4] * impulses[n] - J[n] @ change) / own[n]

@@ -161,8 +161,8 @@ def number_parts(start, stop, part):
 def sort_corners(flat, order, start):
     """Sort corners by their vertices, those of a vertex in the order in which they are given.
 
-    flat: (k,) vertex of each corner. order: (k,), written: the corners. start: (n + 1,), written: the bounds of
-    each vertex's corners in `order`.
+    flat: (k,) vertex of each corner. order: (k,), written: the corners. start: (n + 1,), written: the bounds
+    of each vertex's corners in `order`.
     """
     for vertex in range(len(start)):
         start[vertex] = 0

@@ -1,6 +1,6 @@
 """setCollisionFilterGroupMask as machine code, for a link that has a filter which no pair depends on.
 
-A filter that is set again is as before. The first one since a step goes to the Python function, since it changes
+A filter that is set again is as before. The first one since a step goes to the Python function, as it changes
 the order in which contacts are solved. One that lets its link meet the same links, none of which has a
 filter of its own, changes no pair. Anything else goes to the Python function; see `fast_entries`.
 """

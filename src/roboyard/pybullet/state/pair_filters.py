@@ -94,7 +94,7 @@ class PairFilters:
         self._set(a, b, collide)
 
     def refresh(self, body: int, link: int | None = None) -> None:
-        """Let the pairs of a link, or of all links of a body, come last in the order of solution, as in Bullet."""
+        """Let the pairs of a link, or of all links of a body, come last in the order of solution."""
         first = self._link(body, -1 if link is None else link)
         if first is not None:
             self._world.stepping.manifolds.refresh(first.body.id, None if link is None else first.index)

@@ -9,8 +9,8 @@ from roboyard.native import compiled
 def number_rows(rows, table, first, place):  # pragma: no cover
     """Number the distinct rows in the order of their first places; return how many there are.
 
-    rows: (n, 3) from 0 to 2^32. table: of a power of two of at least n + 1, all -1. first: (n,), written: where each number
-    comes first. place: (n,), written: the number of each row.
+    rows: (n, 3), from 0 to 2^32. table: of a power of two of at least n + 1, all -1. first: (n,), written:
+    where each number comes first. place: (n,), written: the number of each row.
     """
     mask = len(table) - 1
     count = 0

@@ -573,7 +573,7 @@ def _solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.Solv
         jacobian=np.zeros((rows, entries)),
         scaled=np.zeros((rows, entries)),
         roots=np.zeros(nv),
-        goals=np.zeros((rows, 5)),
+        goals=np.zeros((rows, 6)),
         mu=np.zeros(rows),
         soft=np.zeros(rows),
         diagonal=np.zeros(trees, np.uint8),

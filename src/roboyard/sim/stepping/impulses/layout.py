@@ -58,7 +58,7 @@ def lay_out(  # pragma: no cover
                 to += HEAD
             else:
                 number = at - STRIDE + 1
-        own = goals[n, 4]
+        own = goals[n, 4] - goals[n, 5]
         if diagonal[a] == 1:
             own += scale_block(lanes, to, jacobian, n, 0, size, roots, dof)
         else:

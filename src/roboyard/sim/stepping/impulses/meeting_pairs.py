@@ -3,8 +3,8 @@
 Its broad phase gives each shape a box parallel to the world's axes, which is larger than the shape and stays
 until the shape leaves it. Boxes that meet make a pair, whether the shapes touch or not. Each pair has a rank
 in the order of solution, but parts of compounds only while their own boxes meet, without a margin. A new
-pair comes last, and the last takes the place of one that ends, which is noticed some steps later. A shape that
-gets a filter leaves the broad phase and comes back: its pairs end, and those it has come last.
+pair comes last, and the last takes the place of one that ends, which is noticed some steps later. A shape
+that gets a filter leaves the broad phase and comes back: its pairs end, and those it has come last.
 """
 
 from __future__ import annotations
@@ -61,8 +61,9 @@ def meet(mechanism, state, surface, points):
     if notes[REFRESHED] > 0:
         for k in range(notes[REFRESHED]):
             for turn in range(points.refreshed[k, 0], points.refreshed[k, 1]):
-                refresh(mechanism, state, surface, points, points.turns[turn])
+                before -= refresh(mechanism, state, surface, points, points.turns[turn])
         notes[REFRESHED] = 0
+        moved = 1
         list_pairs(points)
     for turn in range(count):
         geom = points.turns[turn]
@@ -88,12 +89,16 @@ def meet(mechanism, state, surface, points):
 
 
 def refresh(mechanism, state, surface, points, geom):
-    """End all pairs of a geom and give it a new box and new pairs; the table of pairs is filled later."""
+    """End all pairs of a geom and give it a new box and new pairs; return how many ended.
+
+    The table of pairs is filled later.
+    """
     notes, pairs, wide = points.notes, points.pairs, points.wide
-    place = 0
+    place = ended = 0
     while place < notes[LISTED]:
         if pairs[0, place] == geom or pairs[1, place] == geom:
             end_pair(points, place)
+            ended += 1
         else:
             place += 1
     place_box(mechanism, state, surface, points.tight, geom)
@@ -106,10 +111,11 @@ def refresh(mechanism, state, surface, points, geom):
             if may_touch(mechanism, a, b):
                 if place >= pairs.shape[1]:
                     notes[FULL] = 1
-                    return
+                    break
                 pairs[0, place], pairs[1, place], pairs[2, place] = a, b, -1
                 notes[LISTED] = place + 1
     notes[SORTED] = 0
+    return ended
 
 
 def place_box(mechanism, state, surface, tight, geom):

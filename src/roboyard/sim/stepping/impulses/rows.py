@@ -169,7 +169,7 @@ def set_goals(
     goals,
 ):  # fmt: skip
     """Write what each row asks for: change of velocity, least and largest impulse, impulse 0,
-    compliance.
+    compliance, and 0 for `note_gears`.
 
     A motor asks for v' = kp (q* - q) / dt + v + kd (v* - v) with v the velocity that forces alone lead to,
     limits and normals for at least their reference, friction for none, equalities for a share of their
@@ -179,8 +179,8 @@ def set_goals(
     bounds of motors. mu: (nefc,) coefficients of friction rows, and of the restitution of normals. smooth:
     (nv,) accelerations by forces alone. soft: (nefc,) compliance of normals. spans, jacobian: of the rows
     listed. bounds: (neq, 2) largest forces of an equality's rows, the last three of a weld's apart. shares:
-    (neq,) of `erp`. aux: (neq,) dof whose velocity a gear follows, -1 for none. goals: (n, 6), of which five
-    columns are written.
+    (neq,) of `erp`. aux: (neq,) dof whose velocity a gear follows, -1 for none. goals: (n, 6),
+    written.
     """
     for n in range(ends[4]):
         row = rows[n, 0]
@@ -223,3 +223,4 @@ def set_goals(
             else:
                 goal = qvel[dof] + timestep * aref[row]
         goals[n, 0], goals[n, 1], goals[n, 2], goals[n, 3] = goal - speed, low, high, 0.0
+        goals[n, 5] = 0.0

@@ -9,6 +9,7 @@ from roboyard.sim.stepping.impulses.inertia import (
     find_roots,
     scale,
     scale_across,
+    solve_inertia,
 )
 from roboyard.sim.stepping.impulses.lanes import solve_in_turn
 from roboyard.sim.stepping.impulses.records import (
@@ -47,6 +48,7 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
         state.qpos, state.qvel, state.smooth, spans, jacobian, ends, mechanism.equality_bound,
         mechanism.equality_share, mechanism.equality_aux, rules[ERP], rules[SLOW], timestep, goals,
     )  # fmt: skip
+    note_gears(kind, index, mechanism, state, solver)
     listed = ends[4]
     entries = 0
     for n in range(listed):
@@ -93,6 +95,34 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
             order, spans, goals, ends, jacobian, solver.change, state.smooth, solver.taken,
             mechanism.dof_tree, timestep, state.qacc, force, state.constraint,
         )  # fmt: skip
+
+
+def note_gears(kind, index, mechanism, state, solver):  # pragma: no cover
+    """Write what the joints of a gear give each other through their tree, for which Bullet does not allow.
+
+    It divides by what an impulse on each joint changes in the velocity of that joint alone.
+    """
+    order, spans, jacobian, goals, work = (
+        solver.order,
+        solver.spans,
+        solver.jacobian,
+        solver.goals,
+        solver.change,
+    )
+    for n in range(solver.ends[0]):
+        row = order[n, 0]
+        if kind[row] != 0 or order[n, 2] >= 0 or mechanism.equality_site[index[row], 0] >= 0:
+            continue
+        first, size, one = spans[n, 0], spans[n, 1], -1
+        for k in range(size):
+            if jacobian[n, k] != 0.0 and one < 0:
+                one = k
+                for dof in range(first, first + size):
+                    work[dof] = 0.0
+                work[first + k] = jacobian[n, k]
+                solve_inertia(mechanism, state, work, first, first + size, first)
+            elif jacobian[n, k] != 0.0:
+                goals[n, 5] += 2.0 * jacobian[n, k] * work[first + k]
 
 
 def write_rows(

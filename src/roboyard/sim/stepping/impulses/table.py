@@ -91,7 +91,7 @@ def write_table(spans, goals, count, across, table, lines, width):
             add_product(table, at, across, n, j, width)
         if listed > 0:
             add_product(table, at, across, n, m, width)
-        own = table[at + n] + goals[n, 4]
+        own = table[at + n] + goals[n, 4] - goals[n, 5]
         inverse = 1.0 / own if own > 1e-15 else 0.0
         lines[OWN * width + n], lines[INVERSE * width + n] = own, inverse
         lines[WISH * width + n] = goals[n, 0] * inverse
@@ -101,7 +101,7 @@ def write_table(spans, goals, count, across, table, lines, width):
         at = n * width
         for k in range(width):
             table[at + k] *= lines[INVERSE * width + k]
-        table[at + n] = 1.0
+        table[at + n] = 1.0 + goals[n, 5] * lines[INVERSE * width + n]
 
 
 def add_products(table, at, across, n, a, b, c, d, width):
