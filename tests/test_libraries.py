@@ -115,7 +115,7 @@ def test_scripts_load_the_parts_of_mujoco_alone(tmp_path: Path) -> None:
     assert run(tmp_path, text) == ["True False False"]
 
 
-def test_a_program_that_imports_the_module_has_numpy_in_parts_and_no_finder_of_libraries(
+def test_a_program_that_imports_the_module_has_no_finder_of_libraries(
     tmp_path: Path,
 ) -> None:
     plain = (
