@@ -97,3 +97,6 @@ def test_bodies_roll_over_hills_as_in_pybullet(client: int, tmp_path: Path, way:
         place = p.getBasePositionAndOrientation(body)[0]
         assert place == pytest.approx(POSITIONS[way][name][m], abs=within), (name, m)
     assert sum(len(p.getContactPoints(body, ground)) for body in bodies.values()) == CONTACTS[way]
+    p.performCollisionDetection()
+    touching = {name for (name, _), body in bodies.items() if p.getContactPoints(body, ground)}
+    assert touching == set(POSITIONS[way])

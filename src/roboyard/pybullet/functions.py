@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
@@ -49,6 +48,19 @@ _FREE: Mapping[str, tuple[str, ...]] = {
 _REFUSING = frozenset(("connect", "disconnect", *_FREE["calling_forms"]))
 """Those of them that the world may refuse."""
 
+PRELOADED = (
+    "roboyard.pybullet.connections",
+    "roboyard.pybullet.calling_forms",
+    "roboyard.pybullet.state.physics_scene",
+    "roboyard.pybullet.api.loading",
+    "roboyard.pybullet.api.bodies",
+    "roboyard.pybullet.api.joints",
+    "roboyard.pybullet.api.control",
+    "roboyard.pybullet.api.stepping",
+    "roboyard.pybullet.api.parameters",
+)
+"""Modules that almost every program with a client needs, imported together."""
+
 _KEPT = frozenset(("getAPIVersion", "isConnected", "isNumpyEnabled"))
 """Those of them that return the same for each client in this process."""
 
@@ -69,6 +81,9 @@ def public_function(name: str) -> Callable[..., Any]:
     if name in _FREE_HOMES:
         with _quick_imports():
             function = getattr(import_module(_FREE_HOMES[name]), name)
+            if name == "connect":
+                for needed in PRELOADED:
+                    import_module(needed)
         if name in _REFUSING:
             function = refusing(function)
         if name in _KEPT:
@@ -91,13 +106,9 @@ def public_function(name: str) -> Callable[..., Any]:
 @contextmanager
 def _quick_imports() -> Iterator[None]:
     """Import as `roboyard run` does: libraries by stored bytecode, NumPy without what few programs need."""
-    with paused_collection():
-        if "numpy" in sys.modules:
-            yield
-            return
-        with stored_libraries():
-            load_numpy()
-            yield
+    with paused_collection(), stored_libraries():
+        load_numpy()
+        yield
 
 
 def __getattr__(name: str) -> Any:

@@ -17,6 +17,7 @@ from roboyard._lazy import freeze, paused_collection
 from roboyard._numpy import load_numpy
 from roboyard.omnigibson.import_alias import install_omnigibson_alias
 from roboyard.pybullet.ending import end_early
+from roboyard.pybullet.functions import PRELOADED
 
 REPLACEMENTS = {
     "pybullet": "roboyard.pybullet",
@@ -52,20 +53,6 @@ def install() -> None:
         package.__path__ = []
         sys.modules["pybullet_utils"] = package
     setattr(import_module("pybullet_utils"), "bullet_client", sys.modules["pybullet_utils.bullet_client"])  # noqa: B010
-
-
-PRELOADED = (
-    "roboyard.pybullet.connections",
-    "roboyard.pybullet.calling_forms",
-    "roboyard.pybullet.state.physics_scene",
-    "roboyard.pybullet.api.loading",
-    "roboyard.pybullet.api.bodies",
-    "roboyard.pybullet.api.joints",
-    "roboyard.pybullet.api.control",
-    "roboyard.pybullet.api.stepping",
-    "roboyard.pybullet.api.parameters",
-)
-"""Modules that almost every script needs."""
 
 
 YOUNG_OBJECTS = 10_000

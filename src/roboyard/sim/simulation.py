@@ -365,9 +365,21 @@ class Simulation(Engine[Body]):
                 more memory than a world may take. The world remains usable.
             RoboyardError: n is negative.
         """
+        pool = self.pool
+        if n == 1 and not (
+            self.revision != self._stepped
+            or self.is_stale
+            or self._inertia_changed
+            or self.windows.is_active
+            or self.before_step
+            or pool.is_used
+        ):
+            self._known_step()
+            for call in self.after_step:
+                call()
+            return
         if not n >= 0:
             raise RoboyardError(f"the number of steps must be at least 0, got {n}")
-        pool = self.pool
         if pool.is_used and pool.inactive:
             pool.tick(n)
         if self.is_stale:
@@ -392,13 +404,26 @@ class Simulation(Engine[Body]):
                     self._advance(1)
                 return
             self.windows.update()
-        done = 0
         if n == 1 and self.revision == self._stepped:
-            try:
-                self.stepping.next_step(self._model, self._data)
-                done = 1
-            except mujoco.FatalError as error:  # raised before positions change
-                self.recover(error, self.simulation_state())
+            self._known_step()
+            return
+        self._go_on(n)
+
+    def _known_step(self) -> None:
+        """Advance by one step of bodies that have stepped before."""
+        try:
+            self.stepping.next_step(self._model, self._data)
+        except mujoco.FatalError as error:  # raised before positions change
+            self.recover(error, self.simulation_state())
+            self._go_on(1)
+            return
+        self.is_moved = self._velocity_moved = True
+        self.kept_frames = None
+        if solver_warning.is_raised:
+            self._heed_warning()
+
+    def _go_on(self, n: int) -> None:
+        done = 0
         while done < n:  # again where MuJoCo's memory was too small and has grown
             done += self._steps(n - done) if self.revision == self._stepped else self._first_step()
         self.is_moved = self._velocity_moved = True

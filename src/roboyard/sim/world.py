@@ -368,7 +368,8 @@ class World(Simulation):
 
     def detect_contacts(self) -> None:
         """Detect the contacts of the present positions without a step; they have no force."""
-        if self.windows.is_active:
+        self.ensure_compiled()
+        if self.windows.shows_slots:
             self.windows.update()
         self.kinematics()
         try:

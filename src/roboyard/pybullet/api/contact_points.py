@@ -131,7 +131,7 @@ def _closest_points(
     from roboyard._mujoco import mujoco
 
     windows = world.windows
-    has_windows = windows.is_active
+    has_windows = windows.shows_slots
     if has_windows:
         first, second = ([k for k in geoms if not windows.hides(k[2])] for geoms in (first, second))
     data, model = world.kinematics(), world.live_model

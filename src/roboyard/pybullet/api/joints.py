@@ -74,7 +74,15 @@ def getJointState(client: Client, bodyUniqueId: int, jointIndex: int) -> State:
         record = _existing(client, bodyUniqueId)
     if not 0 <= jointIndex < record.joint_count:
         raise _joint_state_error(record, jointIndex)
-    return _state(client, record, jointIndex)
+    place = record.position_addresses[jointIndex]
+    if place < 0 or record.sensors or not record.is_scalar[jointIndex]:
+        return _state(client, record, jointIndex)
+    dof = record.velocity_addresses[jointIndex]
+    if jointIndex in record.motors_off or scene.motor_revision != record.revision:
+        applied = record.applied[jointIndex]
+    else:
+        applied = scene.motor_forces().item(dof)
+    return record.qpos.item(place), record.qvel.item(dof), NO_REACTION, applied
 
 
 @command()

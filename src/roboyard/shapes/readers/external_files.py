@@ -5,11 +5,11 @@ from __future__ import annotations
 import io
 import re
 import warnings
+from _thread import _local, allocate_lock
 from collections import OrderedDict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from threading import Lock, local
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,7 +32,7 @@ MAX_SIDE = 4096
 RECENT_BYTES = 128 * 1024 * 1024
 """Size of the cache of decoded images (bytes): the meshes of one scene often share theirs."""
 _recent: OrderedDict[tuple[Path, int, int], NDArray[np.uint8] | None] = OrderedDict()
-_recent_lock = Lock()
+_recent_lock = allocate_lock()
 MESH_FOLDER = lazy_pattern(
     r"(\w+_)?(mesh(es)?|visuals?|collisions?|assets?|geometry|geometries|materials?|textures?|media|stl|obj|dae)",
     re.IGNORECASE,
@@ -40,7 +40,7 @@ MESH_FOLDER = lazy_pattern(
 """Name of a folder in which a robot's meshes or their images are, as vendors call it."""
 _IMAGES = ("PNG", "JPEG", "BMP", "TGA", "GIF", "TIFF", "WEBP", "PPM", "DDS")
 _log = LazyLogger(__name__)
-_asked = local()
+_asked = _local()
 
 
 @contextmanager

@@ -117,10 +117,11 @@ class ContactRows:
             self._rows = _rows(2 * rows, 2 * entries)
             self._address = np.full(2 * contacts, -1, np.int32)
 
-    def motor_efforts(self, degrees: int) -> Array:
+    def motor_efforts(self) -> Array:
         """Return the (nv,) efforts of motors in the last step (N m or N)."""
-        out = np.zeros(degrees)
-        effort_kernels().motor_efforts(self._rows, self._counted, out)
+        counted = self._counted
+        out = np.zeros(counted.degrees)
+        effort_kernels().motor_efforts(self._rows, counted, out)
         return out
 
     def give_forces(self, found: StepRows) -> None:

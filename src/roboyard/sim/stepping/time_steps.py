@@ -535,7 +535,7 @@ class Stepping:
         """Return the (nv,) efforts of all motors in the last step (N m or N)."""
         own = self.in_turn.contact_rows
         if own.is_last:
-            return own.motor_efforts(self._world.live_model.nv)
+            return own.motor_efforts()
         found = None if self._compiled is None else self._compiled[1]
         if found is not None and found.is_direct:
             out = np.zeros(found.search.degrees)
@@ -546,7 +546,7 @@ class Stepping:
     def _own_motor_forces(self) -> np.ndarray | None:
         """Return the (nv,) efforts of all motors where MuJoCo does not have them."""
         own = self.in_turn.contact_rows
-        return own.motor_efforts(self._world.live_model.nv) if own.is_last else None
+        return own.motor_efforts() if own.is_last else None
 
     def detect(self, model: Any, data: Any) -> None:
         """Find the contacts of the present positions, whose frames are known."""
