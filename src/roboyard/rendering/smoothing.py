@@ -8,6 +8,7 @@ import numpy as np
 
 from roboyard._arrays import NDArray
 from roboyard.native import compiled
+from roboyard.shapes.distinct_rows import distinct_rows
 
 CREASE_COSINE = 0.76
 """Cosine of the crease angle: edges sharper than about 40 degrees are not smoothed."""
@@ -24,16 +25,8 @@ def join_corners(vertices: NDArray, faces: NDArray) -> tuple[NDArray, NDArray]:
         return vertices, faces
     extent = float(np.ptp(vertices, axis=0).max())
     grid = np.round(vertices / max(extent * 1e-6, 1e-12)).astype(np.int64)
-    order = np.lexsort(grid.T)
-    sorted_grid = grid[order]
-    fresh = np.ones(len(order), dtype=bool)
-    fresh[1:] = (sorted_grid[1:] != sorted_grid[:-1]).any(axis=1)
-    number = np.empty(len(order), dtype=np.int32)
-    number[order] = np.cumsum(fresh) - 1
-    # the first vertex of each group is kept
-    keep = np.full(int(fresh.sum()), len(order), dtype=np.int64)
-    np.minimum.at(keep, number, np.arange(len(order)))
-    return vertices[keep], number[faces]
+    keep, number = distinct_rows(np.ascontiguousarray(grid - grid.min(axis=0)))
+    return vertices[keep], number.astype(np.int32)[faces]
 
 
 def closed_faces(vertices: NDArray, faces: NDArray) -> NDArray[np.bool_]:

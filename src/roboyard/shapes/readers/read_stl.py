@@ -8,10 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from roboyard._arrays import NDArray
-from roboyard._lazy import lazy_module
+from roboyard.shapes.distinct_rows import distinct_rows
 from roboyard.shapes.readers.parts import Part, check_triangles
-
-kernels = lazy_module("roboyard.shapes.readers.row_kernels")
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _FACET_BYTES = 60
@@ -29,10 +27,8 @@ def read_stl(data: bytes, file: Path) -> list[Part]:
 def merge_equal(points: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     """Return the distinct rows of (n, 3) `points`, in order of first use, and the (n,) row of each point."""
     bits = np.ascontiguousarray(points + np.float32(0.0)).view(np.uint32).astype(np.int64)  # -0 is 0
-    table = np.full(1 << (2 * len(bits)).bit_length(), -1, np.int32)
-    first, place = np.empty(len(bits), np.int64), np.empty(len(bits), np.int64)
-    count = kernels().number_rows(bits, table, first, place)
-    return points[first[:count]], place
+    first, place = distinct_rows(bits)
+    return points[first], place
 
 
 def _is_ascii(data: bytes) -> bool:

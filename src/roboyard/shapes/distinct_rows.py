@@ -1,8 +1,22 @@
-"""Compiled loops over rows of numbers."""
+"""The distinct rows of an array of whole numbers, found by hashing, many times faster than by sorting."""
 
 from __future__ import annotations
 
+import numpy as np
+
+from roboyard._arrays import NDArray
 from roboyard.native import compiled
+
+
+def distinct_rows(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first places of the distinct rows of (n, 3) numbers up to 2^32, and (n,) each row's number.
+
+    Numbers are in the order of first places.
+    """
+    table = np.full(1 << (2 * len(rows)).bit_length(), -1, np.int32)
+    first, place = np.empty(len(rows), np.int64), np.empty(len(rows), np.int64)
+    count = number_rows(rows, table, first, place)
+    return first[:count], place
 
 
 @compiled("i8[:,::1] i4[::1] i8[::1] i8[::1] -> i8", releases_gil=True)
