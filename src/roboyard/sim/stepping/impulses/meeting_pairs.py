@@ -103,6 +103,7 @@ def refresh(mechanism, state, surface, points, geom):
             place += 1
     place_box(mechanism, state, surface, points.tight, geom)
     enlarge(points.tight, wide, geom, 0.0)
+    points.seats[geom, 0] = np.inf  # so that its box is compared again, also that of a fixed body
     count = notes[SHAPES]
     for k in range(count):
         other = points.turns[count - 1 - k]
