@@ -55,7 +55,7 @@ _OWNERS, _SETS = "owners of geoms", 4
 """Name in `Engine.of_arrays`, and number of sets of bodies that are kept."""
 _NO_GEOMS = np.zeros(0, np.int32)
 _REFRESHES = 1024
-"""Most changes of filters between two steps that are followed in their order; of more, the last ones."""
+"""Most changes of filters between two steps that are followed in their order; of more, the last half."""
 _BLANK = mujoco.MjContact()
 """Given to MuJoCo for contacts that are written then."""
 
@@ -102,6 +102,10 @@ class Manifolds:
         """The points until arrays are bound again, where bodies were added or removed."""
         self._refreshed: deque[tuple[int, int | None]] = deque(maxlen=_REFRESHES)
         """Bodies and links whose filters changed since the last step, in order; None for all links."""
+        self._ended = set[tuple[int, int | None]]()
+        """Those of them whose points have ended."""
+        self._ranges: dict[tuple[int, int | None], tuple[int, int]] = {}
+        """Of bodies and links, until others come or go."""
         self.points = _no_points()
         """The points, as arguments of compiled loops."""
 
@@ -120,6 +124,8 @@ class Manifolds:
         if self._bound is not None:
             self._kept = self.save()
             self._bound = None
+            self._ended.clear()
+            self._ranges.clear()
             if not self.points.notes[REFRESHED]:
                 self._refreshed.clear()
 
@@ -136,8 +142,12 @@ class Manifolds:
             return
         if not points.notes[REFRESHED]:
             refreshed.clear()
+            self._ended.clear()
         refreshed.append((body, link))
-        self._write_refreshed(bound)
+        self._add_refreshed((body, link))
+        if (body, link) in self._ended:
+            return
+        self._ended.add((body, link))
         table, count = points.notes.item(TABLE), points.notes.item(PAIRS)
         if not count:
             return
@@ -150,6 +160,32 @@ class Manifolds:
             for rows in (points.keys, points.counts, points.points):
                 rows[table, : len(left)] = rows[table, left]
             points.notes[PAIRS] = len(left)
+
+    def _add_refreshed(self, entry: tuple[int, int | None]) -> None:
+        """Write the range of geoms of one more link, or body, whose filters changed."""
+        found = self._ranges.get(entry)
+        if found is None:
+            found = self._ranges[entry] = self._range_of(*entry)
+        if found[0] == found[1]:
+            return
+        points = self.points
+        count, room = points.notes.item(REFRESHED), points.refreshed
+        if count == len(room):
+            if count < _REFRESHES:
+                grown = np.zeros((max(2 * count, 16), 2), np.int32)
+                grown[:count] = room
+                self.points, room = points._replace(refreshed=grown), grown
+            else:
+                count //= 2
+                room[:count] = room[-count:]
+        room[count] = found
+        points.notes[REFRESHED] = count + 1
+
+    def _range_of(self, body: int, link: int | None) -> tuple[int, int]:
+        """Return the first and the last place, plus 1, of a link's geoms in the order of creation."""
+        rows, ages = self._world.body_by_id[body].geom_rows, self.points.ages
+        geoms = [row for of_link in rows for row in of_link] if link is None else rows[link]
+        return (ages.item(geoms[0]), ages.item(geoms[-1]) + 1) if geoms else (0, 0)
 
     def _write_refreshed(self, bound: _Bound) -> None:
         """Write the ranges of geoms whose filters changed, for the next step."""
@@ -190,6 +226,7 @@ class Manifolds:
         meeting_pairs().renumber(
             self.points, bound.trees, *((_NO_GEOMS, rows) if is_there else (rows, _NO_GEOMS))
         )
+        self._ranges.clear()
         if self.points.notes[REFRESHED]:
             self._write_refreshed(bound)
 
