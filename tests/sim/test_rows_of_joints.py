@@ -96,3 +96,32 @@ def test_one_call_finds_what_mujocos_functions_find(monkeypatch: pytest.MonkeyPa
         found.append((data.qpos.copy(), data.qvel.copy(), data.contact.pos.copy(), data.qfrc_bias.copy()))
     for one, other in zip(*found, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+def _wrenches(model: mujoco.MjModel, data: mujoco.MjData, forces: np.ndarray) -> np.ndarray:
+    """What `add_wrenches` adds, contact by contact."""
+    out = np.zeros((model.nbody, 6))
+    for contact, numbers in zip(data.contact, forces, strict=True):
+        frame = contact.frame.reshape(3, 3)
+        force, torque = frame.T @ numbers[:3], frame.T @ numbers[3:]
+        for geom, sign in zip(contact.geom, (-1.0, 1.0), strict=True):
+            body = model.geom_bodyid[geom]
+            arm_of_force = contact.pos - data.xipos[body]
+            out[body] += sign * np.concatenate([force, torque + np.cross(arm_of_force, force)])
+    return out
+
+
+def test_contacts_push_bodies_at_their_points() -> None:
+    world = World(profile=BULLET)
+    world.add_plane()
+    for k in range(3):
+        world.add_box((0.2, 0.2, 0.2), position=(0.05 * k, 0.0, 0.1 + 0.21 * k), mass=1.0)
+    world.step(20)
+    model, data = world.live_model, world.live_data
+    found, own = world.stepping._compiled[1], world.stepping.in_turn.contact_rows
+    forces = np.random.default_rng(0).normal(size=(data.ncon, 6))
+    wrenches = np.ones((model.nbody, 6))
+    own.add_wrenches(model, data, found, forces, wrenches)
+    assert data.ncon > 4
+    np.testing.assert_allclose(wrenches - 1.0, _wrenches(model, data, forces), atol=1e-12)
+    assert np.abs(wrenches).max() > 1.0

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from roboyard.pybullet.face.constants import JOINT_PRISMATIC
 from roboyard.pybullet.state.joint_groups import NO_REACTION
-from roboyard.transforms import Array, matrix_from_quaternion, multiply
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
@@ -25,18 +23,38 @@ def reaction(scene: Any, record: BodyRecord, joint: int) -> tuple[float, ...]:
         return record.reactions.get(joint, NO_REACTION)
     model, data = scene.world.live_model, scene.world.live_data
     row = record.rows[joint + 1]
-    torque, force = wrenches[row, :3], wrenches[row, 3:]
-    at_root = data.subtree_com[model.body_rootid[row]]
-    torque = torque + np.cross(at_root - data.xipos[row], force)
-    axes = _inertial_axes(record, joint, data.xquat[row])
-    force, torque = axes.T @ force, axes.T @ torque
+    tx, ty, tz, fx, fy, fz = wrenches[row].tolist()
+    rx, ry, rz = (data.subtree_com[model.body_rootid[row]] - data.xipos[row]).tolist()
+    tx, ty, tz = tx + ry * fz - rz * fy, ty + rz * fx - rx * fz, tz + rx * fy - ry * fx
+    turn = _inertial_turn(data.xquat[row].tolist(), record.links[joint + 1].frame.quaternion)
+    force, torque = _turned_back(turn, fx, fy, fz), _turned_back(turn, tx, ty, tz)
     applied = scene.applied(record, joint)
     if isinstance(applied, float):
-        pushed = force if record.joint_type(joint) == JOINT_PRISMATIC else torque
-        pushed -= applied * scene.parts * np.asarray(record.infos[joint][13])
-    return (*force.tolist(), *torque.tolist())
+        effort = applied * scene.parts
+        ax, ay, az = (effort * float(part) for part in record.infos[joint][13])
+        if record.joint_type(joint) == JOINT_PRISMATIC:
+            force = force[0] - ax, force[1] - ay, force[2] - az
+        else:
+            torque = torque[0] - ax, torque[1] - ay, torque[2] - az
+    return (*force, *torque)
 
 
-def _inertial_axes(record: BodyRecord, joint: int, wxyz: Array) -> Array:
+def _inertial_turn(wxyz: Sequence[float], frame: Sequence[float]) -> tuple[float, float, float, float]:
+    """Return the quaternion x, y, z, w of a link's turn, which is w, x, y, z, and that of a frame in it."""
     w, x, y, z = wxyz
-    return matrix_from_quaternion(multiply((x, y, z, w), record.links[joint + 1].frame.quaternion))
+    i, j, k, r = frame
+    return (
+        w * i + x * r + y * k - z * j,
+        w * j + y * r + z * i - x * k,
+        w * k + z * r + x * j - y * i,
+        w * r - x * i - y * j - z * k,
+    )
+
+
+def _turned_back(
+    turn: tuple[float, float, float, float], a: float, b: float, c: float
+) -> tuple[float, float, float]:
+    """Return a vector (a, b, c) of the world in a frame with the quaternion x, y, z, w."""
+    x, y, z, w = turn
+    u, v, t = 2.0 * (b * z - c * y), 2.0 * (c * x - a * z), 2.0 * (a * y - b * x)
+    return a + w * u + v * z - t * y, b + w * v + t * x - u * z, c + w * t + u * y - v * x

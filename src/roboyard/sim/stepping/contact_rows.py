@@ -124,6 +124,10 @@ class ContactRows:
         effort_kernels().motor_efforts(self._rows, counted, out)
         return out
 
+    def add_wrenches(self, model: Any, data: Any, found: StepRows, forces: Array, wrenches: Array) -> None:
+        """Add the wrenches of contacts with forces (n, 6), as of `forces`, to (nbody, 6) those on bodies."""
+        kernels().add_wrenches(found.contacts, len(forces), forces, model.geom_bodyid, data.xipos, wrenches)
+
     def give_forces(self, found: StepRows) -> None:
         """Write the forces of joints and equalities into MuJoCo's array."""
         kernels().give_forces(found.rows, found.search, self._rows.force)
@@ -147,27 +151,6 @@ def without(flags: int, call: Callable[[Any, Any], None], model: Any, data: Any)
         call(model, data)
     finally:
         option.disableflags = kept
-
-
-def contact_wrenches(model: Any, data: Any, forces: Array) -> Array:
-    """Return (nbody, 6) forces (N) of contacts, and torques (N m) about the centres of mass, world frame.
-
-    Args:
-        model: MjModel.
-        data: MjData.
-        forces: (ncon, 6) along the axes of the contacts' frames.
-    """
-    out = np.zeros((model.nbody, 6))
-    contact = data.contact
-    pushing = np.flatnonzero(forces.any(axis=1))
-    frame = contact.frame[pushing].reshape(-1, 3, 3)
-    force = np.einsum("ij,ijk->ik", forces[pushing, :3], frame)
-    torque = np.einsum("ij,ijk->ik", forces[pushing, 3:], frame)
-    for side, sign in enumerate((-1.0, 1.0)):
-        body = model.geom_bodyid[contact.geom[pushing, side]]
-        arm = contact.pos[pushing] - data.xipos[body]
-        np.add.at(out, body, sign * np.concatenate([force, torque + np.cross(arm, force)], axis=1))
-    return out
 
 
 def _rows(count: int, entries: int) -> Rows:

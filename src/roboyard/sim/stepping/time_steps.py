@@ -16,7 +16,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.constraints import Constraints
-from roboyard.sim.stepping.contact_rows import contact_wrenches, without
+from roboyard.sim.stepping.contact_rows import without
 from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
@@ -395,9 +395,10 @@ class Stepping:
         if not own.any():
             mujoco.mj_rnePostConstraint(model, data)
             return
+        assert self._compiled is not None
         applied = data.xfrc_applied
         kept = applied.copy()
-        applied += contact_wrenches(model, data, own)
+        self.in_turn.contact_rows.add_wrenches(model, data, self._compiled[1], own, applied)
         try:
             mujoco.mj_rnePostConstraint(model, data)
         finally:

@@ -132,3 +132,31 @@ def read_forces(contacts, count, force, out):  # pragma: no cover
             continue
         for k in range(contacts.dim[i]):
             out[i, k] = force[row + k]
+
+
+@compiled(CONTACTS, "i8 f8[:,::1] i4[::1] f8[:,:] f8[:,:]")
+def add_wrenches(contacts, count, forces, geom_body, centres, wrenches):  # pragma: no cover
+    """Add the forces (N) and torques (N m) of contacts to those on bodies.
+
+    forces: (n, 6) along the axes of the contacts' frames, on the second body. centres: (nbody, 3) centres of
+    mass (m). wrenches: (nbody, 6) forces and torques about the centres of mass, in the world frame.
+    """
+    for i in range(count):
+        fx = fy = fz = tx = ty = tz = 0.0
+        for k in range(3):
+            x, y, z = contacts.frame[i, 3 * k], contacts.frame[i, 3 * k + 1], contacts.frame[i, 3 * k + 2]
+            fx, fy, fz = fx + forces[i, k] * x, fy + forces[i, k] * y, fz + forces[i, k] * z
+            tx, ty, tz = tx + forces[i, 3 + k] * x, ty + forces[i, 3 + k] * y, tz + forces[i, 3 + k] * z
+        for side in range(2):
+            if contacts.geom[i, side] < 0:
+                continue
+            body, sign = geom_body[contacts.geom[i, side]], 2.0 * side - 1.0
+            x = contacts.position[i, 0] - centres[body, 0]
+            y = contacts.position[i, 1] - centres[body, 1]
+            z = contacts.position[i, 2] - centres[body, 2]
+            wrenches[body, 0] += sign * fx
+            wrenches[body, 1] += sign * fy
+            wrenches[body, 2] += sign * fz
+            wrenches[body, 3] += sign * (tx + y * fz - z * fy)
+            wrenches[body, 4] += sign * (ty + z * fx - x * fz)
+            wrenches[body, 5] += sign * (tz + x * fy - y * fx)
