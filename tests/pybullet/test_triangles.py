@@ -43,6 +43,19 @@ def test_rays_meet_the_triangles(valley: int) -> None:
         assert hit[3][2] == pytest.approx(abs(x), abs=1e-3)
 
 
+def test_one_triangle_is_met_by_rays_and_bodies(client: int) -> None:
+    p.setGravity(0, 0, -10)
+    corners = [[-1, -1, 0], [1, -1, 0], [0, 1, 0]]
+    flags = p.GEOM_FORCE_CONCAVE_TRIMESH
+    shape = p.createCollisionShape(p.GEOM_MESH, vertices=corners, indices=[0, 1, 2], flags=flags)
+    ground = p.createMultiBody(0, shape)
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=RADIUS), -1, [0, -0.3, 0.3])
+    for _ in range(240):
+        p.stepSimulation()
+    assert p.getBasePositionAndOrientation(ball)[0] == pytest.approx((0, -0.3, RADIUS), abs=1e-4)
+    assert p.rayTest([0.1, -0.5, 1], [0.1, -0.5, -1])[0][0] == ground
+
+
 def test_such_a_body_looks_and_measures_as_before(valley: int) -> None:
     assert p.getAABB(valley) == (pytest.approx((-1, -1, 0), abs=5e-3), pytest.approx((1, 1, 1), abs=5e-3))
     assert len(p.getCollisionShapeData(valley, -1)) == len(p.getVisualShapeData(valley)) == 1

@@ -140,6 +140,8 @@ def _add_whole(
 def add_triangles_for_rays(record: BuiltLink, spec: mujoco.MjSpec, assets: MeshAssets) -> None:
     """Add a geom with all triangles for each concave mesh that has none yet; nothing touches it."""
     for collision, scale in record.hidden:
+        if not _has_area(collision.geometry, scale):
+            continue
         arguments = geom_arguments(
             record, spec, assets, collision.geometry, collision.origin, scale,
             static=True, hull=False, triangles=True,
@@ -149,6 +151,15 @@ def add_triangles_for_rays(record: BuiltLink, spec: mujoco.MjSpec, assets: MeshA
                 group=COLLISION_GROUP, contype=0, conaffinity=0, mass=0.0, rgba=UNPAINTED, **arguments
             )
     record.hidden.clear()
+
+
+def _has_area(geometry: Geometry, scale: float) -> bool:
+    """Return whether the triangles of a mesh have an area that MuJoCo accepts."""
+    mesh = load_scaled(geometry, scale) if isinstance(geometry, Mesh) else None
+    if mesh is None:
+        return False
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    return bool(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() > SMALLEST**2)
 
 
 def add_visual(

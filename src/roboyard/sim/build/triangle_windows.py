@@ -104,6 +104,9 @@ def without_seams(mesh: TriangleMesh) -> TriangleMesh:
 
 def _parted(mesh: TriangleMesh) -> TriangleMesh:
     corners = mesh.vertices[mesh.faces]
+    if len(corners) == 1:  # MuJoCo's meshes have four different corners at least
+        a, b, c = corners[0]
+        corners = np.array([[a, b, (b + c) / 2], [a, (b + c) / 2, c]])
     middles = ((corners[:, 0] + corners[:, 1] + corners[:, 2]) / 3)[:, None]
     corners = middles + (1.0 + OVERLAP) * (corners - middles)
     faces = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
