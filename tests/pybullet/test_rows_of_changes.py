@@ -225,9 +225,21 @@ def test_contacts_and_efforts_of_the_last_step_outlast_changes(
     ours = _run(seed, look)
     for before, present, after in ours:
         assert before[1] == after[1] and before[1] == present[1][:-1]
-        assert before[2] == present[2] == after[2]
+        _expect_points(present[2], before[2])
+        _expect_points(after[2], before[2])
     keeps_always = True
-    assert _run(seed, look) == ours
+    for theirs, mine in zip(_run(seed, look), ours, strict=True):
+        for whole, single in zip(theirs, mine, strict=True):
+            assert whole[:2] == single[:2]
+            _expect_points(whole[2], single[2])
+
+
+def _expect_points(found: Any, wanted: Any) -> None:
+    """Compare contacts that a compiled loop lists with those that are kept, which NumPy computes."""
+    assert [point[:5] for point in found] == [point[:5] for point in wanted]
+    for one, two in zip(found, wanted, strict=True):
+        numbers = [np.hstack(point[5:]).astype(float) for point in (one, two)]
+        np.testing.assert_allclose(*numbers, rtol=1e-11, atol=1e-11)
 
 
 @pytest.mark.parametrize("compiles", [False, True])

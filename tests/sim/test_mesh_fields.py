@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from functools import reduce
+from operator import add
+
 import mujoco
 import numpy as np
 import pytest
@@ -46,6 +50,11 @@ def _grid(count: int) -> np.ndarray:
     )
 
 
+def _total(numbers: Iterable[float]) -> float:
+    """The sum of numbers one after another; that of later Pythons is more accurate."""
+    return reduce(add, numbers, 0.0)
+
+
 def _split(corners: np.ndarray) -> list[int]:
     """The order of `triangle_order` by recursion, one triangle after another."""
     low, high = corners.min(axis=1), corners.max(axis=1)
@@ -63,8 +72,8 @@ def _split(corners: np.ndarray) -> list[int]:
         count = len(chosen)
         if count < 2:
             return chosen
-        means = [sum(middles[t][axis] for t in chosen) * (1.0 / count) for axis in range(3)]
-        spreads = [sum((middles[t][axis] - means[axis]) ** 2 for t in chosen) for axis in range(3)]
+        means = [_total(middles[t][axis] for t in chosen) * (1.0 / count) for axis in range(3)]
+        spreads = [_total((middles[t][axis] - means[axis]) ** 2 for t in chosen) for axis in range(3)]
         axis = 2 if spreads[2] > max(spreads[0], spreads[1]) else int(spreads[1] > spreads[0])
         place = 0
         for k in range(count):
