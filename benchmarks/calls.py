@@ -301,6 +301,8 @@ def alternated(p: Any, robot: int, arm: int, cube: int) -> Calls:
         ),
         "setCollisionFilterGroupMask, off and on, step": filter_and_step,
         "stepSimulation, getContactPoints": step_and(lambda: p.getContactPoints(robot)),
+        "stepSimulation, getJointState with a sensor": step_and(lambda: p.getJointState(arm, 2)),
+        "enableJointForceTorqueSensor, off": lambda: p.enableJointForceTorqueSensor(arm, 2, 0),
         "stepSimulation, getJointState": step_and(lambda: p.getJointState(arm, 2)),
         "stepSimulation, getJointStates": step_and(lambda: p.getJointStates(arm, range(7))),
         "stepSimulation, getLinkState": step_and(lambda: p.getLinkState(arm, 6)),

@@ -137,8 +137,9 @@ class Manifolds:
         bound, points, refreshed = self._bound, self.points, self._refreshed
         if bound is None:
             refreshed.append((body, link))
-            if self._kept is not None:
+            if self._kept is not None and (body, link) not in self._ended:
                 self._kept = _without(self._kept, body, link)
+                self._ended.add((body, link))
             return
         if not points.notes[REFRESHED]:
             refreshed.clear()
