@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roboyard._lazy import lazy_module
-from roboyard.sim.build.records import windows_of
 from roboyard.sim.stepping.narrow_phase.field_kernels import WORK, is_searched
-from roboyard.sim.stepping.narrow_phase.fields import fields_of
+from roboyard.sim.stepping.narrow_phase.kept_fields import kept_fields
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
@@ -17,8 +16,6 @@ if TYPE_CHECKING:
 
 kernels = lazy_module("roboyard.sim.stepping.narrow_phase.field_queries")
 
-_FIELDS = "fields of queries"
-"""Name in `Engine.of_arrays`."""
 _FEW = 64
 """Number of triangles for which there is room at first."""
 
@@ -38,9 +35,7 @@ def points_on_field(world: Simulation, field: int, shape: int, limit: float) -> 
     """
     model, data = world.live_model, world.live_data
     forms = world.surfaces.forms(model, data)
-    found: Any = world.of_arrays.get(_FIELDS)
-    if found is None:
-        found = world.of_arrays[_FIELDS] = fields_of(model, data, windows_of(world.body_by_id.values()))
+    found = kept_fields(world)
     if not is_searched(found, model.geom_type, forms.boxes, forms.spans, field, shape):
         return None
     shapes = model.geom_type, model.geom_bodyid, data.xpos, data.xmat, forms.boxes

@@ -18,7 +18,6 @@ from roboyard._lazy import lazy_module
 from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
-from roboyard.sim.build.records import windows_of
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.face_corners import SCRATCH
 from roboyard.sim.stepping.impulses.records import (
@@ -39,7 +38,8 @@ from roboyard.sim.stepping.impulses.records import (
     Points,
 )  # fmt: skip
 from roboyard.sim.stepping.narrow_phase.field_kernels import WORK as SEARCHED
-from roboyard.sim.stepping.narrow_phase.fields import Fields, fields_of
+from roboyard.sim.stepping.narrow_phase.fields import Fields
+from roboyard.sim.stepping.narrow_phase.kept_fields import kept_fields
 from roboyard.sim.stepping.shape_forms import ShapeForms
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.sim.stepping.triangle_windows import TriangleWindows
@@ -401,7 +401,7 @@ class Manifolds:
             keeps=keeps,
             geoms=(model.geom_type, model.geom_bodyid),
             frames=(data.xpos, data.xmat),
-            fields=fields_of(model, data, windows_of(world.body_by_id.values())),
+            fields=kept_fields(world),
             owners=owners,
             trees=model.body_treeid[model.geom_bodyid].astype(np.int32),
             seen=2 * world.profile.contact_margin,

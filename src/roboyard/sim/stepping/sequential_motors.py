@@ -22,14 +22,13 @@ from roboyard._records import dataclass
 from roboyard.native import lazy_loop
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
-from roboyard.sim.build.records import windows_of
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.contact_rows import ContactRows
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.impulses.layout import PLACES, STRIDE
 from roboyard.sim.stepping.manifolds import Manifolds
-from roboyard.sim.stepping.narrow_phase.fields import fields_of
+from roboyard.sim.stepping.narrow_phase.kept_fields import kept_fields
 from roboyard.sim.stepping.shape_forms import PLACED
 from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
@@ -323,10 +322,9 @@ class SequentialMotors:
         if self._mechanism is None:
             made = world.of_arrays.get(_MADE)
             if made is None:
-                windows = windows_of(world.body_by_id.values())
-                fields = fields_of(model, data, windows)
-                made = world.of_arrays[_MADE] = _mechanism(model), _state(data), fields
-            self._mechanism, self._state, self._fields = made
+                made = world.of_arrays[_MADE] = _mechanism(model), _state(data)
+            self._mechanism, self._state = made
+            self._fields = kept_fields(world)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
             self._take_work_arrays(model)
             self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
