@@ -129,9 +129,8 @@ def bullet_model(
         bounds_of = partial(link_bounds, implicit_cylinder=implicit, from_file=True)
     if moments_of is None:
         moments_of = _moments_within(bounds_of)
-    base_flags = (
-        flags & ~c.URDF_USE_INERTIA_FROM_FILE if fixed_base else flags
-    )  # it has no inertia to turn to
+    # a fixed base has no inertia to turn its frame to
+    base_flags = flags & ~c.URDF_USE_INERTIA_FROM_FILE if fixed_base else flags
     links = [_link_model(base, base_flags, moments_of)]
     index = {base.name: -1}
     for k, joint in enumerate(joints):
