@@ -156,6 +156,7 @@ class State(NamedTuple):
     smooth: np.ndarray
     qacc: np.ndarray
     constraint: np.ndarray
+    site_xpos: np.ndarray
     site_xmat: np.ndarray
 
 
@@ -284,7 +285,7 @@ MECHANISM = record(
 STATE = record(
     State,
     "f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1]"
-    " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1]",
+    " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1]",
 )
 POINTS = record(
     Points,
