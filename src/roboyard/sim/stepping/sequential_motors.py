@@ -508,6 +508,7 @@ def _mechanism(model: Any) -> r.Mechanism:
         body_dofs=model.body_dofnum,
         mass=model.body_mass,
         inertia=model.body_inertia,
+        centre=model.body_ipos,
         tree_dof=model.tree_dofadr,
         tree_dofs=model.tree_dofnum,
         factor_count=model.M_rownnz,

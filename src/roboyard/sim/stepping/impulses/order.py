@@ -6,7 +6,7 @@ from roboyard.native import compiled
 from roboyard.sim.stepping.impulses.arranging import arrange
 from roboyard.sim.stepping.impulses.asking import ask_of_rows
 from roboyard.sim.stepping.impulses.contact_row_kernels import make_rows
-from roboyard.sim.stepping.impulses.inertia import accelerate
+from roboyard.sim.stepping.impulses.inertia import accelerate, move_centres
 from roboyard.sim.stepping.impulses.keeping import keep
 from roboyard.sim.stepping.impulses.records import (
     ARRANGE,
@@ -97,4 +97,6 @@ def execute(  # pragma: no cover
             )  # fmt: skip
         if rules[IS_BOUNDED] > 0.0 and solver.ends[5] == count:
             bound_velocity(state.qvel, state.qacc, rules[TIMESTEP], solver.largest)
+        if solver.ends[5] == count:
+            move_centres(mechanism, state, rules[TIMESTEP])
     return DONE
