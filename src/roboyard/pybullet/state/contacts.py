@@ -9,9 +9,7 @@ import numpy as np
 
 from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
-from roboyard.pybullet.bullet_rules.contact_order import kind_of, tangents
-from roboyard.pybullet.bullet_rules.models import BodyModel
-from roboyard.pybullet.state.body_records import of_model
+from roboyard.pybullet.bullet_rules.contact_order import COMPOUND, tangents
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
@@ -109,7 +107,7 @@ def _rows_of(seen: _Seen) -> Iterator[Contact]:
     force = arrays.force / seen.parts if seen.parts > 1 else arrays.force
     forces = np.einsum("ij,ijk->ik", force, arrays.frame).tolist()
     pushes = force[:, 0].tolist()
-    kinds: dict[Place, int] = {}
+    kinds: dict[int, int] = {}
     geoms, owners = seen.geoms.tolist(), arrays.owners.tolist()
     for i, distance in enumerate(arrays.distance.tolist()):
         pushing = pushes[i]
@@ -120,20 +118,32 @@ def _rows_of(seen: _Seen) -> Iterator[Contact]:
         world_a, link_a, world_b, link_b = owners[i]
         one, other = records[world_a], records[world_b]
         a, b = (one.number, link_a - 1), (other.number, link_b - 1)
-        is_turned = _comes_second(one, other, a, b, kinds)
+        is_turned = _comes_second((one, a, geoms[i][0]), (other, b, geoms[i][1]), kinds)
         point = _point(middles[i], normals[i], distance, pushing, forces[i], is_turned=is_turned)
         yield ((b, a) if is_turned else (a, b)), point
 
 
-def _comes_second(one: BodyRecord, other: BodyRecord, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
-    """Return whether Bullet lists b first."""
-    for record, place in ((one, a), (other, b)):
-        if place not in kinds:
-            kinds[place] = kind_of(record.model.links[place[1] + 1])
-    if kinds[a] != kinds[b]:
-        return kinds[a] < kinds[b]
-    age = one.body.id - other.body.id
-    return age > 0 or (age == 0 and a[1] > b[1])
+def _comes_second(
+    one: tuple[BodyRecord, Place, int], other: tuple[BodyRecord, Place, int], kinds: dict[int, int]
+) -> bool:
+    """Return whether Bullet lists the second of two shapes first, given as record, link and geom.
+
+    kinds: of geoms that were looked up before; more are added. A soft body has none.
+    """
+    for record, _, geom in (one, other):
+        if geom < 0:
+            kinds[geom] = COMPOUND
+        elif geom not in kinds:
+            rows = record.body.geom_rows
+            found = zip(rows, record.kinds(rows), strict=True)
+            kinds.update(
+                (row, kind) for own, own_kinds in found for row, kind in zip(own, own_kinds, strict=True)
+            )
+    kind, other_kind = kinds[one[2]], kinds[other[2]]
+    if kind != other_kind:
+        return kind < other_kind
+    age = one[0].body.id - other[0].body.id
+    return age > 0 or (age == 0 and one[1][1] > other[1][1])
 
 
 def _point(
@@ -159,10 +169,6 @@ def _point(
         on_a, tuple(m - half * n for m, n in zip(middle, on_b, strict=True)), on_b, distance, pushing,
         first_force, first, second_force, second,
     )  # fmt: skip
-
-
-def _kinds_of(model: BodyModel) -> list[int]:
-    return [kind_of(link) for link in model.links]
 
 
 class LastStep:
@@ -204,9 +210,10 @@ class LastStep:
             model = world.live_model
             found = np.full((model.ngeom, 4), -1, np.int32)
             for record in self._scene.bodies.values():
-                kinds = of_model(record.model, "kinds", _kinds_of)
-                for link, rows in enumerate(record.body.geom_rows):
-                    found[rows] = record.number, link - 1, kinds[link], record.body.id
+                geoms = record.body.geom_rows
+                for link, (rows, kinds) in enumerate(zip(geoms, record.kinds(geoms), strict=True)):
+                    found[rows] = record.number, link - 1, 0, record.body.id
+                    found[rows, 2] = kinds
             known = self._places = world.revision, None if model.nflex else found
         return known[1]
 

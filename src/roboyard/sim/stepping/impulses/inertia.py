@@ -130,31 +130,41 @@ def change_velocities(mechanism, state, roots, change):  # pragma: no cover
             change[i] -= state.factor[a] * change[mechanism.factor_column[a]]
 
 
-def move_centres(mechanism, state, timestep):  # pragma: no cover
-    """Let the bases of free bodies move by their centres of mass, which MuJoCo moves by their frames.
+def follow_centres(mechanism, state):  # pragma: no cover
+    """Leave out of the frames' accelerations by forces alone what turns towards the centres of free bodies.
 
-    Corrects accelerations and positions before they are integrated. Bullet adds a step of the centre's
-    velocity to its position. MuJoCo does so with the frame's, whose velocity changes with each turn: the
-    centre of a body that tumbles would drift.
+    So rows are solved for the velocities of the centres, which change by forces alone; see `move_centres`.
     """
     for joint in range(mechanism.joint_type.shape[0]):
         dof = mechanism.joint_dof[joint]
         body = mechanism.dof_body[dof]
-        cx, cy, cz = mechanism.centre[body, 0], mechanism.centre[body, 1], mechanism.centre[body, 2]
-        if mechanism.joint_type[joint] != FREE or (cx == 0.0 and cy == 0.0 and cz == 0.0):
+        if mechanism.joint_type[joint] != FREE or is_centred(mechanism, body):
+            continue
+        m = state.xmat[body]
+        x, y, z = offset(m, mechanism.centre, body)
+        ax, ay, az = turned(m, state.qvel, dof + 3, state.qacc, 0.0)
+        ux, uy, uz = ay * z - az * y, az * x - ax * z, ax * y - ay * x
+        state.smooth[dof] += ay * uz - az * uy
+        state.smooth[dof + 1] += az * ux - ax * uz
+        state.smooth[dof + 2] += ax * uy - ay * ux
+
+
+def move_centres(mechanism, state, timestep):  # pragma: no cover
+    """Let the bases of free bodies move by their centres of mass, which MuJoCo moves by their frames.
+
+    Corrects accelerations and positions before they are integrated, after `follow_centres`. Bullet adds a
+    step of the centre's velocity to its position. MuJoCo does so with the frame's, whose velocity changes
+    with each turn: the centre of a body that tumbles would drift.
+    """
+    for joint in range(mechanism.joint_type.shape[0]):
+        dof = mechanism.joint_dof[joint]
+        body = mechanism.dof_body[dof]
+        if mechanism.joint_type[joint] != FREE or is_centred(mechanism, body):
             continue
         m, q = state.xmat[body], mechanism.joint_qpos[joint]
-        x, y, z = (
-            m[0] * cx + m[1] * cy + m[2] * cz,
-            m[3] * cx + m[4] * cy + m[5] * cz,
-            m[6] * cx + m[7] * cy + m[8] * cz,
-        )
-        ax, ay, az = turned(m, state.qvel, dof + 3, state.qacc, 0.0)
+        x, y, z = offset(m, mechanism.centre, body)
         wx, wy, wz = turned(m, state.qvel, dof + 3, state.qacc, timestep)
-        ux, uy, uz = ay * z - az * y, az * x - ax * z, ax * y - ay * x
-        vx = wy * z - wz * y + timestep * (ay * uz - az * uy)
-        vy = wz * x - wx * z + timestep * (az * ux - ax * uz)
-        vz = wx * y - wy * x + timestep * (ax * uy - ay * ux)
+        vx, vy, vz = wy * z - wz * y, wz * x - wx * z, wx * y - wy * x  # of the centre, less the frame's
         nx, ny, nz = rotated(x, y, z, timestep * wx, timestep * wy, timestep * wz)
         px, py, pz = x + timestep * vx - nx, y + timestep * vy - ny, z + timestep * vz - nz
         vx, vy, vz = vx - wy * nz + wz * ny, vy - wz * nx + wx * nz, vz - wx * ny + wy * nx
@@ -164,6 +174,18 @@ def move_centres(mechanism, state, timestep):  # pragma: no cover
         state.qpos[q] += px - timestep * vx
         state.qpos[q + 1] += py - timestep * vy
         state.qpos[q + 2] += pz - timestep * vz
+
+
+def is_centred(mechanism, body):
+    """Return whether a body's centre of mass is the origin of its frame."""
+    centre = mechanism.centre
+    return centre[body, 0] == 0.0 and centre[body, 1] == 0.0 and centre[body, 2] == 0.0
+
+
+def offset(m, centre, body):
+    """Return the way (m) from the origin of a body's frame to its centre of mass, along the world's axes."""
+    x, y, z = centre[body, 0], centre[body, 1], centre[body, 2]
+    return m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6] * x + m[7] * y + m[8] * z
 
 
 def turned(m, velocity, first, acceleration, timestep):
