@@ -10,7 +10,7 @@ import numpy as np
 
 from roboyard._records import dataclass
 from roboyard.description.model import Box, Capsule, Plane, Pose, Sphere
-from roboyard.pybullet.bullet_rules.contact_order import CONVEX, kinds_of
+from roboyard.pybullet.bullet_rules.contact_order import COMPOUND, CONVEX, is_field, kinds_of
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
@@ -297,14 +297,23 @@ class BodyRecord:
 
         bounds = [self.bounds(link - 1) for link in range(len(self.links))]
         widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
-        kinds = np.array([kind for own in self.kinds(rows) for kind in own], np.uint8)
-        return place_shapes(self.shape_boxes, rows, np.maximum(kinds, CONVEX) - np.uint8(CONVEX), widths)
+        compound = [
+            max(kind - CONVEX, int(box.kind == "compound" and not is_field(link.collisions)))
+            for link, own, (box, _) in zip(self.model.links, self.kinds(rows), bounds, strict=True)
+            for kind in own
+        ]
+        return place_shapes(self.shape_boxes, rows, np.array(compound, np.uint8), widths)
+
+    def contact_kind(self, link: int) -> int:
+        """Return the kind of a link, that of its shapes which comes first; see `kinds_of`."""
+        kinds = of_model(self.model, "kinds", _kinds_of)[link + 1]
+        return max(kinds, default=COMPOUND)
 
     def kinds(self, rows: Sequence[Sequence[int]]) -> list[list[int]]:
         """Return the kinds of the geoms of each link; see `kinds_of`."""
         found = []
         for link, own in zip(of_model(self.model, "kinds", _kinds_of), rows, strict=True):
-            found.append(link if len(link) == len(own) else [max(link, default=CONVEX)] * len(own))
+            found.append(link if len(link) == len(own) else [max(link, default=COMPOUND)] * len(own))
         return found
 
     def reaches(self) -> list[float]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
-from roboyard.pybullet.bullet_rules.contact_order import COMPOUND, tangents
+from roboyard.pybullet.bullet_rules.contact_order import tangents
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
@@ -107,7 +107,7 @@ def _rows_of(seen: _Seen) -> Iterator[Contact]:
     force = arrays.force / seen.parts if seen.parts > 1 else arrays.force
     forces = np.einsum("ij,ijk->ik", force, arrays.frame).tolist()
     pushes = force[:, 0].tolist()
-    kinds: dict[int, int] = {}
+    kinds: dict[Place, int] = {}
     geoms, owners = seen.geoms.tolist(), arrays.owners.tolist()
     for i, distance in enumerate(arrays.distance.tolist()):
         pushing = pushes[i]
@@ -118,32 +118,20 @@ def _rows_of(seen: _Seen) -> Iterator[Contact]:
         world_a, link_a, world_b, link_b = owners[i]
         one, other = records[world_a], records[world_b]
         a, b = (one.number, link_a - 1), (other.number, link_b - 1)
-        is_turned = _comes_second((one, a, geoms[i][0]), (other, b, geoms[i][1]), kinds)
+        is_turned = _comes_second(one, other, a, b, kinds)
         point = _point(middles[i], normals[i], distance, pushing, forces[i], is_turned=is_turned)
         yield ((b, a) if is_turned else (a, b)), point
 
 
-def _comes_second(
-    one: tuple[BodyRecord, Place, int], other: tuple[BodyRecord, Place, int], kinds: dict[int, int]
-) -> bool:
-    """Return whether Bullet lists the second of two shapes first, given as record, link and geom.
-
-    kinds: of geoms that were looked up before; more are added. A soft body has none.
-    """
-    for record, _, geom in (one, other):
-        if geom < 0:
-            kinds[geom] = COMPOUND
-        elif geom not in kinds:
-            rows = record.body.geom_rows
-            found = zip(rows, record.kinds(rows), strict=True)
-            kinds.update(
-                (row, kind) for own, own_kinds in found for row, kind in zip(own, own_kinds, strict=True)
-            )
-    kind, other_kind = kinds[one[2]], kinds[other[2]]
-    if kind != other_kind:
-        return kind < other_kind
-    age = one[0].body.id - other[0].body.id
-    return age > 0 or (age == 0 and one[1][1] > other[1][1])
+def _comes_second(one: BodyRecord, other: BodyRecord, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
+    """Return whether Bullet lists b first. kinds: of links that were looked up before; more are added."""
+    for record, place in ((one, a), (other, b)):
+        if place not in kinds:
+            kinds[place] = record.contact_kind(place[1])
+    if kinds[a] != kinds[b]:
+        return kinds[a] < kinds[b]
+    age = one.body.id - other.body.id
+    return age > 0 or (age == 0 and a[1] > b[1])
 
 
 def _point(

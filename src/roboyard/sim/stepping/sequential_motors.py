@@ -660,7 +660,7 @@ def solution_order(
     return [(index, kind) for _, indices, kind in items for index in indices]
 
 
-def quicksort(items: list[tuple[int, range, int]]) -> None:
+def quicksort(items: list[tuple[int, Any, int]]) -> None:
     """Sort items by their first number in place, by Hoare's partition about the middle one."""
     ranges = [(0, len(items) - 1)] if len(items) > 1 else []
     while ranges:
