@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import sqrt
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -16,6 +17,7 @@ from roboyard.description.model import (
     Inertial,
     Joint,
     Link,
+    Mesh,
     Plane,
     Pose,
     RobotDescription,
@@ -117,12 +119,21 @@ def test_kinds_of_links() -> None:
             name="l", mass=1, moments=(1, 1, 1), frame=Pose(), collisions=shapes, visuals=()
         )
 
+    def kinds(*shapes: Collision, from_file: bool = True) -> list[int]:
+        return contact_order.kinds_of(link(*shapes), from_file=from_file)
+
+    convex, compound, nested = contact_order.CONVEX, contact_order.COMPOUND, contact_order.NESTED
     sphere = Collision(geometry=Sphere(radius=1))
-    assert contact_order.kind_of(link(sphere)) == contact_order.CONVEX
-    assert contact_order.kind_of(link(sphere, sphere)) == contact_order.COMPOUND
-    assert contact_order.kind_of(link(Collision(geometry=Plane()))) == contact_order.SURFACE
+    assert kinds(sphere) == [convex]
+    assert kinds(sphere, sphere) == [compound, compound]
+    assert kinds(Collision(geometry=Plane())) == [contact_order.SURFACE]
     moved = Collision(geometry=Sphere(radius=1), origin=Pose(position=(0, 0, 1)))
-    assert contact_order.kind_of(link(moved)) == contact_order.COMPOUND
+    assert kinds(moved) == [compound]
+    mesh = Collision(geometry=Mesh(uri="hand.obj", path=Path("hand.obj")))
+    assert kinds(mesh) == [compound]
+    assert kinds(mesh, from_file=False) == [convex]
+    assert kinds(mesh, sphere) == [nested, compound]
+    assert kinds(mesh, sphere, from_file=False) == [compound, compound]
 
 
 class TestSinglePrecision:

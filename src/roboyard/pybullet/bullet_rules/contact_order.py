@@ -2,7 +2,8 @@
 
 Bullet orders a pair by the kinds of its shapes: a compound before a single convex shape, both before
 triangles, heightfields and planes; of two of a kind, the body created first comes first. A link is a compound
-if it has several shapes, or one that is not at its inertial frame.
+if it has several shapes, or one that is not at its inertial frame. So is each OBJ file that a robot's file
+names, within the link's: its parts come before other parts of compounds.
 """
 
 from __future__ import annotations
@@ -11,27 +12,42 @@ from collections.abc import Sequence
 from math import sqrt
 
 from roboyard.description.model import Collision, Heightfield, Mesh, Plane, Pose
-from roboyard.pybullet.bullet_rules.mesh_objects import split_objects
+from roboyard.pybullet.bullet_rules.mesh_objects import is_obj, split_geometry
 from roboyard.pybullet.bullet_rules.models import LinkModel
 
-SURFACE, CONVEX, COMPOUND = 0, 1, 2
+SURFACE, CONVEX, COMPOUND, NESTED = range(4)
+"""Kinds of shapes: triangles and planes, single convex shapes, parts of compounds, of compounds in these."""
 _NEARLY_FLAT = sqrt(0.5)
 
 Vector3 = tuple[float, float, float]
 
 
-def kind_of(link: LinkModel) -> int:
-    """Return SURFACE, CONVEX or COMPOUND for the shapes of a link."""
-    shapes = split_objects(link.collisions)
-    if len(shapes) != 1:
-        return COMPOUND
-    shape = shapes[0]
-    if isinstance(shape.geometry, Heightfield):  # stored rotated, at its own origin
-        return SURFACE
-    if not _same_place(shape.origin, link.frame):
-        return COMPOUND
-    is_surface = isinstance(shape.geometry, Plane) or (shape.concave and isinstance(shape.geometry, Mesh))
-    return SURFACE if is_surface else CONVEX
+def kinds_of(link: LinkModel, *, from_file: bool) -> list[int]:
+    """Return the kind of each shape of a link, after OBJ files were split into their objects.
+
+    Args:
+        link: the link.
+        from_file: whether OBJ files are compounds of their own, as in the files of robots.
+    """
+    collisions = link.collisions
+    if not collisions:
+        return []
+    if is_field(collisions):  # stored rotated, at its own origin
+        return [SURFACE]
+    parts = [split_geometry(shape.geometry) if not shape.concave else (None,) for shape in collisions]
+    is_alone = len(collisions) == 1 and _same_place(collisions[0].origin, link.frame)
+    if is_alone and len(parts[0]) == 1 and not (from_file and is_obj(collisions[0])):
+        return [SURFACE if _is_surface(collisions[0]) else CONVEX]
+    found: list[int] = []
+    for shape, own in zip(collisions, parts, strict=True):
+        nests = from_file and not is_alone and is_obj(shape)
+        found += [SURFACE if _is_surface(shape) else NESTED if nests else COMPOUND] * len(own)
+    return found
+
+
+def _is_surface(shape: Collision) -> bool:
+    geometry = shape.geometry
+    return isinstance(geometry, Plane | Heightfield) or (shape.concave and isinstance(geometry, Mesh))
 
 
 def is_field(shapes: Sequence[Collision]) -> bool:

@@ -84,10 +84,8 @@ class PlacedShapes:
     lengths: np.ndarray
     """(n,) numbers of corners of the hulls."""
     has_hulls: bool
-    compound: list[int]
-    """Geoms that are parts of compounds."""
-    compounds: tuple[bool, ...]
-    """Whether each link is a compound."""
+    compound: np.ndarray
+    """(n,) 1 for the parts of compounds, 2 for those of compounds within these, else 0."""
 
     def at(self, links: Sequence[Sequence[int]]) -> PlacedShapes:
         """Return the same shapes at other geoms, as many of each link."""
@@ -100,13 +98,12 @@ class PlacedShapes:
             hulls=self.hulls,
             lengths=self.lengths,
             has_hulls=self.has_hulls,
-            compound=_of_compounds(links, self.compounds),
-            compounds=self.compounds,
+            compound=self.compound,
         )
 
 
 def place_shapes(
-    found: ShapeBoxes, links: Sequence[Sequence[int]], are_compounds: Sequence[bool], margins: Sequence[float]
+    found: ShapeBoxes, links: Sequence[Sequence[int]], compound: np.ndarray, margins: Sequence[float]
 ) -> PlacedShapes:
     """Return the shapes of a body.
 
@@ -115,7 +112,7 @@ def place_shapes(
     Args:
         found: boxes around them.
         links: geoms of each link.
-        are_compounds: whether each link is a compound.
+        compound: (n,) as in `PlacedShapes`, for the geoms of all links.
         margins: of the shapes of each link (m), with which edges of boxes and cylinders are round.
     """
     if tuple(map(len, links)) != found.counts:
@@ -130,8 +127,7 @@ def place_shapes(
         hulls=found.hulls,
         lengths=np.array([len(hull) for hull in found.hulls], np.int32),
         has_hulls=any(map(len, found.hulls)),
-        compound=_of_compounds(links, are_compounds),
-        compounds=tuple(are_compounds),
+        compound=compound,
     )
 
 
@@ -139,10 +135,6 @@ def _places(geoms: Sequence[int]) -> slice | np.ndarray:
     if geoms and all(b - a == 1 for a, b in pairwise(geoms)):
         return slice(geoms[0], geoms[-1] + 1)
     return np.array(geoms, np.intp)
-
-
-def _of_compounds(links: Sequence[Sequence[int]], are_compounds: Sequence[bool]) -> list[int]:
-    return [row for rows, is_one in zip(links, are_compounds, strict=True) if is_one for row in rows]
 
 
 def shape_forms(geoms: int, bodies: Sequence[PlacedShapes]) -> ShapeForms:
@@ -159,7 +151,7 @@ def shape_forms(geoms: int, bodies: Sequence[PlacedShapes]) -> ShapeForms:
         spans[places, 1] = lengths
         spans[places, 0] = np.cumsum(lengths) - lengths
         corners = np.concatenate([_NO_HULL, *(hull for body in bodies for hull in body.hulls if len(hull))])
-        compound[[row for body in bodies for row in body.compound]] = 1
+        compound[places] = np.concatenate([body.compound for body in bodies])
     return ShapeForms(boxes=boxes, compound=compound, rounding=rounding, hulls=corners, spans=spans)
 
 

@@ -31,6 +31,14 @@ def split_objects(collisions: tuple[Collision, ...]) -> tuple[Collision, ...]:
     )
 
 
+def is_obj(shape: Collision) -> bool:
+    """Return whether a shape is the hulls of an OBJ file's objects."""
+    mesh = shape.geometry
+    if not isinstance(mesh, Mesh) or mesh.path is None or shape.concave:
+        return False
+    return mesh.path.suffix.lower() == ".obj"
+
+
 def split_geometry(geometry: Geometry) -> tuple[Geometry, ...]:
     """Return a mesh for each object (`o`, `g`) of an OBJ file; any other geometry unchanged."""
     if not isinstance(geometry, Mesh) or geometry.data is not None or geometry.path is None:

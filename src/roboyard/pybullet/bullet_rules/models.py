@@ -87,6 +87,8 @@ class BodyModel:
     """Whether cylinders are exact instead of 32-sided hulls."""
     bounds_of: BoundsOf
     """Rule for boxes around shapes."""
+    nests_meshes: bool = True
+    """Whether OBJ files are compounds of their own, as in the files of robots."""
     index_by_name: dict[str, int] = field(default_factory=dict)
     """Link name to link index."""
     shared: dict[str, Any] = field(default_factory=dict)

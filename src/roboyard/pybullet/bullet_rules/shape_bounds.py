@@ -25,7 +25,7 @@ from roboyard.description.model import (
     Pose,
     Sphere,
 )
-from roboyard.pybullet.bullet_rules.mesh_objects import split_geometry
+from roboyard.pybullet.bullet_rules.mesh_objects import is_obj, split_geometry
 from roboyard.sim.physics_profile import BULLET
 from roboyard.transforms import Array, matrix_from_quaternion
 
@@ -103,7 +103,7 @@ def _link_bounds(
         parts = _boxes(shape, implicit_cylinder=implicit_cylinder, from_file=from_file)
         if not parts:
             continue
-        is_compound = from_file and _is_obj(shape)
+        is_compound = from_file and is_obj(shape)
         alone = None if shapes or len(parts) > 1 or is_compound else shape
         if is_compound:  # nested in the link's, unless it is the only shape, at the inertial frame
             margin = 0.0 if len(collisions) == 1 and _is_at(shape, position, rotation) else MARGIN
@@ -176,7 +176,7 @@ def _boxes(shape: Collision, *, implicit_cylinder: bool, from_file: bool) -> lis
     if isinstance(geometry, Heightfield) or (shape.concave and isinstance(geometry, Mesh)):
         corners = field_bounds(shape)
         return [] if corners is None else [corners]
-    if from_file and isinstance(geometry, Mesh) and not _is_obj(shape):
+    if from_file and isinstance(geometry, Mesh) and not is_obj(shape):
         box = local_bounds(geometry, implicit_cylinder=implicit_cylinder, is_rounded=True)
         return [] if box is None else [box]
     found = (local_bounds(part, implicit_cylinder=implicit_cylinder) for part in split_geometry(geometry))
@@ -212,13 +212,6 @@ def _bounds_of_one(shape: Collision, corners: Array, *, implicit_cylinder: bool)
         case _:
             return LinkBounds(corners=corners, margin=MARGIN, kind="solid")
     return LinkBounds(corners=corners + MARGIN * np.array([[1.0], [-1.0]]), margin=MARGIN, kind="hull")
-
-
-def _is_obj(shape: Collision) -> bool:
-    mesh = shape.geometry
-    if not isinstance(mesh, Mesh) or mesh.path is None or shape.concave:
-        return False
-    return mesh.path.suffix.lower() == ".obj"
 
 
 def _is_at(shape: Collision, position: Array, rotation: Array) -> bool:

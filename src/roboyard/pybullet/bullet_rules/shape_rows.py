@@ -110,7 +110,7 @@ class ShapeRows:
             margins[rows] = margins_of_rows(model, form.geoms, has_cylinders=has_cylinders)
             reaches[rows] = _of_geoms(record.reaches(), record.body.geom_rows)
             shapes.boxes[rows], shapes.rounding[rows] = form.boxes, form.rounding
-            shapes.compound[rows] = [geom in form.compound for geom in form.geoms] if form.compound else 0
+            shapes.compound[rows] = form.compound
             shapes.spans[rows] = len(shapes.hulls), 0
             placed[key] = record
         return True

@@ -10,7 +10,7 @@ import numpy as np
 
 from roboyard._records import dataclass
 from roboyard.description.model import Box, Capsule, Plane, Pose, Sphere
-from roboyard.pybullet.bullet_rules.contact_order import is_field
+from roboyard.pybullet.bullet_rules.contact_order import COMPOUND, CONVEX, is_field, kinds_of
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
@@ -296,12 +296,25 @@ class BodyRecord:
         from roboyard.pybullet.bullet_rules.contact_reaches import place_shapes
 
         bounds = [self.bounds(link - 1) for link in range(len(self.links))]
-        compounds = [
-            box.kind == "compound" and not is_field(self.model.links[link].collisions)
-            for link, (box, _) in enumerate(bounds)
-        ]
         widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
-        return place_shapes(self.shape_boxes, rows, compounds, widths)
+        compound = [
+            max(kind - CONVEX, int(box.kind == "compound" and not is_field(link.collisions)))
+            for link, own, (box, _) in zip(self.model.links, self.kinds(rows), bounds, strict=True)
+            for kind in own
+        ]
+        return place_shapes(self.shape_boxes, rows, np.array(compound, np.uint8), widths)
+
+    def contact_kind(self, link: int) -> int:
+        """Return the kind of a link, that of its shapes which comes first; see `kinds_of`."""
+        kinds = of_model(self.model, "kinds", _kinds_of)[link + 1]
+        return max(kinds, default=COMPOUND)
+
+    def kinds(self, rows: Sequence[Sequence[int]]) -> list[list[int]]:
+        """Return the kinds of the geoms of each link; see `kinds_of`."""
+        found = []
+        for link, own in zip(of_model(self.model, "kinds", _kinds_of), rows, strict=True):
+            found.append(link if len(link) == len(own) else [max(link, default=COMPOUND)] * len(own))
+        return found
 
     def reaches(self) -> list[float]:
         """Return the largest gap of contact points of each link (m)."""
@@ -440,6 +453,10 @@ def _shapes_of(model: BodyModel) -> Any:
         return id(model.shared)
     shapes = tuple((shape.geometry, shape.origin, shape.concave) for shape in link.collisions)
     return link.frame, shapes, model.implicit_cylinder, rule.func, tuple(sorted(rule.keywords.items()))
+
+
+def _kinds_of(model: BodyModel) -> list[list[int]]:
+    return [kinds_of(link, from_file=model.nests_meshes) for link in model.links]
 
 
 def _shape_boxes(model: BodyModel) -> ShapeBoxes:

@@ -9,9 +9,7 @@ import numpy as np
 
 from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
-from roboyard.pybullet.bullet_rules.contact_order import kind_of, tangents
-from roboyard.pybullet.bullet_rules.models import BodyModel
-from roboyard.pybullet.state.body_records import of_model
+from roboyard.pybullet.bullet_rules.contact_order import tangents
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
@@ -126,10 +124,10 @@ def _rows_of(seen: _Seen) -> Iterator[Contact]:
 
 
 def _comes_second(one: BodyRecord, other: BodyRecord, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
-    """Return whether Bullet lists b first."""
+    """Return whether Bullet lists b first. kinds: of links that were looked up before; more are added."""
     for record, place in ((one, a), (other, b)):
         if place not in kinds:
-            kinds[place] = kind_of(record.model.links[place[1] + 1])
+            kinds[place] = record.contact_kind(place[1])
     if kinds[a] != kinds[b]:
         return kinds[a] < kinds[b]
     age = one.body.id - other.body.id
@@ -159,10 +157,6 @@ def _point(
         on_a, tuple(m - half * n for m, n in zip(middle, on_b, strict=True)), on_b, distance, pushing,
         first_force, first, second_force, second,
     )  # fmt: skip
-
-
-def _kinds_of(model: BodyModel) -> list[int]:
-    return [kind_of(link) for link in model.links]
 
 
 class LastStep:
@@ -204,9 +198,10 @@ class LastStep:
             model = world.live_model
             found = np.full((model.ngeom, 4), -1, np.int32)
             for record in self._scene.bodies.values():
-                kinds = of_model(record.model, "kinds", _kinds_of)
-                for link, rows in enumerate(record.body.geom_rows):
-                    found[rows] = record.number, link - 1, kinds[link], record.body.id
+                geoms = record.body.geom_rows
+                for link, (rows, kinds) in enumerate(zip(geoms, record.kinds(geoms), strict=True)):
+                    found[rows] = record.number, link - 1, 0, record.body.id
+                    found[rows, 2] = kinds
             known = self._places = world.revision, None if model.nflex else found
         return known[1]
 

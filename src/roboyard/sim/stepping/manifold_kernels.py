@@ -108,7 +108,7 @@ def keep_points(  # pragma: no cover
                     copy_point(points, row, m, new_points, pairs, m)
                 at = row + 1 if row + 1 < before else 0
                 break
-        if boxes.shape[0] > 0 and (compound[a] == 1 or compound[b] == 1):
+        if boxes.shape[0] > 0 and (compound[a] > 0 or compound[b] > 0):
             n = refresh(new_points, pairs, n, xpos, xmat, one, two, widths, reach)
         are_boxes = geom_type[a] == BOX and geom_type[b] == BOX  # they begin to touch without a gap
         side_a = 3 if boxes.shape[0] > 0 and comes_second(geom_type, compound, ages, a, b) else 0
@@ -372,8 +372,8 @@ def drop_gaps(  # pragma: no cover
     those of a compound's part whose box, parallel to the world's axes, is apart from the other shape's.
 
     margins: (ngeom,) as of `hard_contacts`. boxes: (ngeom, 4, 3) middles of the shapes' boxes and their half
-    axes in the frames of the bodies (m). compound: (ngeom,) 1 for the parts of compounds. boxes_keep: 1 where
-    `keep_points` follows, which does the same for two boxes but for points that they have kept.
+    axes in the frames of the bodies (m). compound: (ngeom,) above 0 for parts of compounds. boxes_keep: 1
+    where `keep_points` follows, which does the same for two boxes but for points that they have kept.
     """
     for i in range(contact_count):
         a, b = contacts.geom[i, 0], contacts.geom[i, 1]
@@ -386,7 +386,7 @@ def drop_gaps(  # pragma: no cover
             continue
         if geom_type[a] == geom_type[b] and (geom_type[a] == SPHERE or geom_type[a] == BOX):
             contacts.dist[i] = AWAY
-        elif compound[a] == 1 or compound[b] == 1:
+        elif compound[a] > 0 or compound[b] > 0:
             one, two = geom_body[a], geom_body[b]
             for d in range(3):
                 apart = xpos[one, d] - xpos[two, d]

@@ -508,6 +508,7 @@ def _mechanism(model: Any) -> r.Mechanism:
         body_dofs=model.body_dofnum,
         mass=model.body_mass,
         inertia=model.body_inertia,
+        centre=model.body_ipos,
         tree_dof=model.tree_dofadr,
         tree_dofs=model.tree_dofnum,
         factor_count=model.M_rownnz,
@@ -548,6 +549,7 @@ def _state(data: Any) -> r.State:
         smooth=data.qacc_smooth,
         qacc=data.qacc,
         constraint=data.qfrc_constraint,
+        site_xpos=data.site_xpos,
         site_xmat=data.site_xmat,
     )
 
@@ -608,8 +610,8 @@ class BodyParts:
     """Its kinematic trees."""
     limits: tuple[int, ...]
     """Degrees of freedom with limits, joint by joint."""
-    motors: tuple[int, ...]
-    """Degrees of freedom of joints."""
+    motors: tuple[range, ...]
+    """Degrees of freedom of each joint."""
 
 
 def parts_of(body: Body, model: Any) -> BodyParts:
@@ -621,7 +623,7 @@ def parts_of(body: Body, model: Any) -> BodyParts:
         dof = int(body.dof_addresses[joint.index])
         if joint.is_scalar and model.jnt_limited[model.dof_jntid[dof]]:
             limits.append(dof)
-    motors = [d for joint in joints for d in range(joint.dof_slice.start, joint.dof_slice.stop)]
+    motors = [range(joint.dof_slice.start, joint.dof_slice.stop) for joint in joints]
     return BodyParts(tuple(trees), tuple(limits), tuple(motors))
 
 
@@ -632,7 +634,7 @@ def solution_order(
 
     Each body has its limits when it is loaded and its motors then, joint by joint, constraints follow; Bullet
     sorts them by groups of bodies that constraints connect, with a quicksort that leaves equals in another
-    order than it finds them.
+    order than it finds them. The three rows of a spherical joint's motor stay together.
 
     Args:
         bodies: in the order in which they were loaded.
@@ -649,16 +651,16 @@ def solution_order(
                 members.append((ends[0], equality))
                 old, new = group[ends[0]], group[ends[-1]]
                 group = [new if key == old else key for key in group]
-    items: list[tuple[int, int, int]] = []
+    items: list[tuple[int, range, int]] = []
     for key, body in zip(group, bodies, strict=True):
-        items += [(key, dof, LIMIT) for dof in body.limits]
-        items += [(key, dof, MOTOR) for dof in body.motors]
-    items += [(group[place], equality, EQUALITY) for place, equality in members]
+        items += [(key, range(dof, dof + 1), LIMIT) for dof in body.limits]
+        items += [(key, dofs, MOTOR) for dofs in body.motors]
+    items += [(group[place], range(equality, equality + 1), EQUALITY) for place, equality in members]
     quicksort(items)
-    return [(index, kind) for _, index, kind in items]
+    return [(index, kind) for _, indices, kind in items for index in indices]
 
 
-def quicksort(items: list[tuple[int, int, int]]) -> None:
+def quicksort(items: list[tuple[int, Any, int]]) -> None:
     """Sort items by their first number in place, by Hoare's partition about the middle one."""
     ranges = [(0, len(items) - 1)] if len(items) > 1 else []
     while ranges:

@@ -19,7 +19,7 @@ class ShapeForms:
     boxes: Array
     """(ngeom, 4, 3) middle and three half axes of the box around each shape, in the frame of its body (m)."""
     compound: np.ndarray
-    """(ngeom,) 1 for the parts of compounds."""
+    """(ngeom,) 1 for the parts of compounds, 2 for those of compounds within these, else 0."""
     rounding: Array
     """(ngeom,) radii of the edges (m), 0 for shapes without."""
     hulls: Array

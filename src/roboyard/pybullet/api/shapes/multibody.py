@@ -245,6 +245,7 @@ def _model(links: list[LinkModel]) -> BodyModel:
         fixed_base=links[0].mass == 0.0,
         implicit_cylinder=True,
         bounds_of=_bounds_of,
+        nests_meshes=False,
         shared=shared if _is_plain(description) else {},
     )
 

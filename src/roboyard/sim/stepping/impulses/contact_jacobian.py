@@ -59,6 +59,13 @@ def clear(solver, first, count):
             solver.jacobian[n, k] = 0.0
 
 
+def keep_first(solver, first, count):
+    """Keep the entries of rows that are of a contact's first link alone; see `note_links_apart`."""
+    for n in range(first, first + count):
+        for k in range(solver.spans[n, 1]):
+            solver.scaled[n, k] = solver.jacobian[n, k]
+
+
 def first_place(solver, n, tree):
     """Return the place in row n of the entry of degree of freedom 0, if the tree began there."""
     if tree == solver.order[n, 1]:
@@ -147,6 +154,9 @@ def write_moves(  # pragma: no cover
                 jacobian[m, k] += (bx * tx + by * ty + bz * tz) + (ux * sx + uy * sy + uz * sz)
                 jacobian[m + 1, k] += (cx * tx + cy * ty + cz * tz) + (vx * sx + vy * sy + vz * sz)
             body = mechanism.body_parent[body]
+        if side == 0 and tree == mechanism.geom_tree[contacts.geom[i, 1]]:
+            keep_first(solver, n, 1)
+            keep_first(solver, m, 2)
 
 
 def write_approach(contacts, i, mechanism, state, kept, slot, solver, n):  # pragma: no cover
@@ -169,6 +179,8 @@ def write_approach(contacts, i, mechanism, state, kept, slot, solver, n):  # pra
                 turned = ax * cdof[d, 0] + ay * cdof[d, 1] + az * cdof[d, 2]
                 jacobian[n, place + d] += sign * (turned + x * cdof[d, 3] + y * cdof[d, 4] + z * cdof[d, 5])
             body = mechanism.body_parent[body]
+        if side == 0 and tree == mechanism.geom_tree[contacts.geom[i, 1]]:
+            keep_first(solver, n, 1)
 
 
 def write_turn(contacts, i, mechanism, state, solver, n, axis):  # pragma: no cover
@@ -188,3 +200,5 @@ def write_turn(contacts, i, mechanism, state, solver, n, axis):  # pragma: no co
             for d in range(start, start + mechanism.body_dofs[body]):
                 jacobian[n, place + d] += sign * (x * cdof[d, 0] + y * cdof[d, 1] + z * cdof[d, 2])
             body = mechanism.body_parent[body]
+        if side == 0 and tree == mechanism.geom_tree[contacts.geom[i, 1]]:
+            keep_first(solver, n, 1)

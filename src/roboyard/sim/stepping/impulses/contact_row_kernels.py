@@ -8,6 +8,8 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 
 FRICTION, LIMIT = 1, 3
 """MuJoCo's kinds of these rows."""
+OWN_CONTACT = -1
+"""Kind of the rows of contacts that are made here."""
 SLIDER = 2
 """MuJoCo's type of this joint, and the least of those with one degree of freedom."""
 NUMBERED = -2
@@ -51,7 +53,7 @@ def make_rows(  # pragma: no cover
             continue
         address[i], contacts.address[i] = row, NUMBERED - row
         for k in range(contacts.dim[i]):
-            own.kind[row + k], own.ids[row + k] = -1, i
+            own.kind[row + k], own.ids[row + k] = OWN_CONTACT, i
             own.position[row + k] = own.loss[row + k] = own.reference[row + k] = 0.0
             own.R[row + k] = own.D[row + k] = 1.0
         row += contacts.dim[i]

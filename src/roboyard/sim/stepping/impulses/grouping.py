@@ -77,3 +77,17 @@ def root_of_row(order, n, mechanism, points, groups):
     """Return the place of the tree that all trees of a row's group share."""
     tree = order[n, 1] if order[n, 1] >= 0 else order[n, 2]
     return root_of(groups, points.tree_places[tree]) if tree >= 0 else 0
+
+
+def end_of_uncounted(parts, part, goals):
+    """Return the kind and the end of the rows of a group whose changes of velocity do not count, 0 for none.
+
+    goals: (n, 6), of which the fourth is below 0 for rows that no impulse moves. Bullet divides the change of
+    such a row by 0, and its largest change so far is lost: rounds end when the rows after it have converged.
+    """
+    for kind in range(4, 0, -3):  # of sliding, then normals
+        start, stop = parts[part, 2 * kind], parts[part, 2 * kind + 1]
+        for n in range(stop - 1, start - 1, -1):
+            if goals[n, 3] < 0.0:
+                return kind, start + (n - start) // 2 * 2 + 2 if kind == 4 else n + 1
+    return 0, 0

@@ -8,6 +8,9 @@ from roboyard.sim.stepping.impulses.blocks import add_block
 from roboyard.sim.stepping.impulses.records import BLOCK
 from roboyard.sim.stepping.kernels import drag_on
 
+FREE = 0
+"""MuJoCo's type of this joint."""
+
 
 def accelerate(mechanism, state, surface, solver):  # pragma: no cover
     """Write the forces on degrees of freedom but those of constraints, drag among them, and what they do.
@@ -125,3 +128,84 @@ def change_velocities(mechanism, state, roots, change):  # pragma: no cover
         first = mechanism.factor_start[i]
         for a in range(first, first + mechanism.factor_count[i] - 1):
             change[i] -= state.factor[a] * change[mechanism.factor_column[a]]
+
+
+def follow_centres(mechanism, state):  # pragma: no cover
+    """Leave out of the frames' accelerations by forces alone what turns towards the centres of free bodies.
+
+    So rows are solved for the velocities of the centres, which change by forces alone; see `move_centres`.
+    """
+    for joint in range(mechanism.joint_type.shape[0]):
+        dof = mechanism.joint_dof[joint]
+        body = mechanism.dof_body[dof]
+        if mechanism.joint_type[joint] != FREE or is_centred(mechanism, body):
+            continue
+        m = state.xmat[body]
+        x, y, z = offset(m, mechanism.centre, body)
+        ax, ay, az = turned(m, state.qvel, dof + 3, state.qacc, 0.0)
+        ux, uy, uz = ay * z - az * y, az * x - ax * z, ax * y - ay * x
+        state.smooth[dof] += ay * uz - az * uy
+        state.smooth[dof + 1] += az * ux - ax * uz
+        state.smooth[dof + 2] += ax * uy - ay * ux
+
+
+def move_centres(mechanism, state, timestep):  # pragma: no cover
+    """Let the bases of free bodies move by their centres of mass, which MuJoCo moves by their frames.
+
+    Corrects accelerations and positions before they are integrated, after `follow_centres`. Bullet adds a
+    step of the centre's velocity to its position. MuJoCo does so with the frame's, whose velocity changes
+    with each turn: the centre of a body that tumbles would drift.
+    """
+    for joint in range(mechanism.joint_type.shape[0]):
+        dof = mechanism.joint_dof[joint]
+        body = mechanism.dof_body[dof]
+        if mechanism.joint_type[joint] != FREE or is_centred(mechanism, body):
+            continue
+        m, q = state.xmat[body], mechanism.joint_qpos[joint]
+        x, y, z = offset(m, mechanism.centre, body)
+        wx, wy, wz = turned(m, state.qvel, dof + 3, state.qacc, timestep)
+        vx, vy, vz = wy * z - wz * y, wz * x - wx * z, wx * y - wy * x  # of the centre, less the frame's
+        nx, ny, nz = rotated(x, y, z, timestep * wx, timestep * wy, timestep * wz)
+        px, py, pz = x + timestep * vx - nx, y + timestep * vy - ny, z + timestep * vz - nz
+        vx, vy, vz = vx - wy * nz + wz * ny, vy - wz * nx + wx * nz, vz - wx * ny + wy * nx
+        state.qacc[dof] += vx / timestep
+        state.qacc[dof + 1] += vy / timestep
+        state.qacc[dof + 2] += vz / timestep
+        state.qpos[q] += px - timestep * vx
+        state.qpos[q + 1] += py - timestep * vy
+        state.qpos[q + 2] += pz - timestep * vz
+
+
+def is_centred(mechanism, body):
+    """Return whether a body's centre of mass is the origin of its frame."""
+    centre = mechanism.centre
+    return centre[body, 0] == 0.0 and centre[body, 1] == 0.0 and centre[body, 2] == 0.0
+
+
+def offset(m, centre, body):
+    """Return the way (m) from the origin of a body's frame to its centre of mass, along the world's axes."""
+    x, y, z = centre[body, 0], centre[body, 1], centre[body, 2]
+    return m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6] * x + m[7] * y + m[8] * z
+
+
+def turned(m, velocity, first, acceleration, timestep):
+    """Return the world components of three velocities in a frame, after a time step."""
+    x = velocity[first] + timestep * acceleration[first]
+    y = velocity[first + 1] + timestep * acceleration[first + 1]
+    z = velocity[first + 2] + timestep * acceleration[first + 2]
+    return m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6] * x + m[7] * y + m[8] * z
+
+
+def rotated(x, y, z, rx, ry, rz):
+    """Return a vector rotated by a rotation vector, after Rodrigues."""
+    square = rx * rx + ry * ry + rz * rz
+    if square < 1e-16:
+        return x + ry * z - rz * y, y + rz * x - rx * z, z + rx * y - ry * x
+    angle = np.sqrt(square)
+    sine, rest = np.sin(angle) / angle, (1.0 - np.cos(angle)) / square
+    ux, uy, uz = ry * z - rz * y, rz * x - rx * z, rx * y - ry * x
+    return (
+        x + sine * ux + rest * (ry * uz - rz * uy),
+        y + sine * uy + rest * (rz * ux - rx * uz),
+        z + sine * uz + rest * (rx * uy - ry * ux),
+    )

@@ -26,6 +26,7 @@ from roboyard.sim.stepping.impulses.layout import (
     WIDTH,
     YIELD,
     lay_out,
+    leave_uncounted,
 )
 from roboyard.sim.stepping.impulses.quads import push_quad, slide, slide_quad, wish_along, wish_pair_along
 from roboyard.sim.stepping.impulses.records import BLOCK
@@ -47,7 +48,7 @@ def solve_in_turn(  # pragma: no cover
     slots: (ntree,), places: (n, PLACES), lanes: (m,) and velocities: (k,), work arrays. change: (nv,) sums of
     scaled entries by impulses, written.
     """
-    lay_out(
+    unmoved = lay_out(
         rows, spans, goals, ends, jacobian, scaled, roots, diagonal, tree_dofs, slots, places, lanes,
         velocities,
     )  # fmt: skip
@@ -55,6 +56,9 @@ def solve_in_turn(  # pragma: no cover
     most = 0.0
     for part in range(parts[parts.shape[0] - 1, 0]):
         done = 0.0
+        least = residual
+        if unmoved >= ends[0]:
+            least = leave_uncounted(parts, part, goals, ends, lanes, residual)
         joints, joints_end = parts[part, 0], parts[part, 1]
         normals, normals_end = parts[part, 2], parts[part, 3]
         while done < rounds:
@@ -79,7 +83,7 @@ def solve_in_turn(  # pragma: no cover
                 if first < end:
                     worst = max(worst, slide_pairs(lanes, places, first, end, kind == 8, velocities))
             done += 1.0
-            if worst <= residual:
+            if worst <= least:
                 break
         most = max(most, done)
     for n in range(ends[2]):

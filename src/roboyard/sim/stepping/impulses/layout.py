@@ -11,6 +11,7 @@ velocity and say what an impulse changes.
 
 from __future__ import annotations
 
+from roboyard.sim.stepping.impulses.grouping import end_of_uncounted
 from roboyard.sim.stepping.impulses.records import BLOCK
 
 GOAL, IMPULSE, OWN, INVERSE, HIGH, YIELD, NEXT, OVER = range(8)
@@ -38,8 +39,11 @@ begin; the end of its run of rows that are solved alike, see `couple`."""
 def lay_out(  # pragma: no cover
     rows, spans, goals, ends, jacobian, scaled, roots, diagonal, tree_dofs, slots, places, lanes, velocities
 ):  # fmt: skip
-    """Write the places and numbers of all rows, and no velocity; see `couple`."""
-    still = 0
+    """Write the places and numbers of all rows, and no velocity; see `couple`.
+
+    Returns the number of the last row that no impulse moves, or -1.
+    """
+    still, unmoved = 0, -1
     for tree in range(tree_dofs.shape[0]):
         slots[tree] = still
         still += (tree_dofs[tree] + BLOCK - 1) // BLOCK * BLOCK
@@ -87,6 +91,8 @@ def lay_out(  # pragma: no cover
                 further += BLOCK
                 places[n, OTHER] += 1
         inverse = 1.0 / own if own > 1e-15 else 0.0
+        if inverse == 0.0:
+            unmoved, goals[n, 3] = n, -1.0
         lanes[number + GOAL * step] = goals[n, 0] * inverse
         lanes[number + IMPULSE * step] = 0.0
         lanes[number + OWN * step] = own
@@ -94,6 +100,19 @@ def lay_out(  # pragma: no cover
         lanes[number + HIGH * step] = goals[n, 2]
         if n < ends[2]:
             lanes[at + YIELD], lanes[at + LOW] = goals[n, 4] * inverse, goals[n, 1]
+    return unmoved
+
+
+def leave_uncounted(parts, part, goals, ends, lanes, residual):
+    """Let rows not count whose changes Bullet loses; return the residual at which the rounds end."""
+    last, end = end_of_uncounted(parts, part, goals)
+    for kind in range(last + 1 if last > 0 else 0):
+        for n in range(parts[part, 2 * kind], end if kind == last else parts[part, 2 * kind + 1]):
+            if n < ends[2]:
+                lanes[STRIDE * n + OWN] = 0.0
+            else:
+                lanes[STRIDE * (n - (n - ends[2]) % 2) + 2 * OWN + (n - ends[2]) % 2] = 0.0
+    return -1.0 if last == 4 and end == parts[part, 9] else residual
 
 
 def scale_block(lanes, to, entries, n, at, size, roots, first):

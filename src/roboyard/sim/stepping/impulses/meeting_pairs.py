@@ -273,7 +273,7 @@ def rank_pairs(compound, points):
     for place in range(points.notes[LISTED]):
         a, b = pairs[0, place], pairs[1, place]
         meets = True
-        if compound[a] == 1 or compound[b] == 1:
+        if compound[a] > 0 or compound[b] > 0:
             meets = overlap(tight, a, tight, b, 0.0)
         if meets and pairs[2, place] < 0:
             pairs[2, place] = points.notes[RANKED]

@@ -6,7 +6,7 @@ from roboyard.native import compiled
 from roboyard.sim.stepping.impulses.arranging import arrange
 from roboyard.sim.stepping.impulses.asking import ask_of_rows
 from roboyard.sim.stepping.impulses.contact_row_kernels import make_rows
-from roboyard.sim.stepping.impulses.inertia import accelerate
+from roboyard.sim.stepping.impulses.inertia import accelerate, follow_centres, move_centres
 from roboyard.sim.stepping.impulses.keeping import keep
 from roboyard.sim.stepping.impulses.records import (
     ARRANGE,
@@ -86,6 +86,8 @@ def execute(  # pragma: no cover
                 mechanism.geom_body, state.xpos, state.xmat, FRICTION_ERP / rules[TIMESTEP], surface.base,
             )  # fmt: skip
         accelerate(mechanism, state, surface, solver)
+        if solver.ends[5] == count:
+            follow_centres(mechanism, state)
         if rules[IS_BOUNDED] > 0.0 and solver.ends[5] == count:
             bound_velocity(state.qvel, state.smooth, rules[TIMESTEP], solver.largest)
     if last >= SOLVE:
@@ -97,4 +99,6 @@ def execute(  # pragma: no cover
             )  # fmt: skip
         if rules[IS_BOUNDED] > 0.0 and solver.ends[5] == count:
             bound_velocity(state.qvel, state.qacc, rules[TIMESTEP], solver.largest)
+        if solver.ends[5] == count:
+            move_centres(mechanism, state, rules[TIMESTEP])
     return DONE

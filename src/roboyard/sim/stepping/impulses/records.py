@@ -107,6 +107,8 @@ class Mechanism(NamedTuple):
     body_dofs: np.ndarray
     mass: np.ndarray
     inertia: np.ndarray
+    centre: np.ndarray
+    """(nbody, 3) centres of mass in the frames of bodies (m)."""
     tree_dof: np.ndarray
     tree_dofs: np.ndarray
     factor_count: np.ndarray
@@ -156,6 +158,7 @@ class State(NamedTuple):
     smooth: np.ndarray
     qacc: np.ndarray
     constraint: np.ndarray
+    site_xpos: np.ndarray
     site_xmat: np.ndarray
 
 
@@ -277,14 +280,14 @@ SEARCH = record(Search, "i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8 i8")
 MECHANISM = record(
     Mechanism,
     "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " i4[::1] f8[:,::1] u1[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] f8[:,::1] i4[::1]"
-    " i4[::1] i4[::1]"
+    " i4[::1] f8[:,::1] u1[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] f8[:,::1] f8[:,::1]"
+    " i4[::1] i4[::1] i4[::1]"
     " i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[::1] f8[:,::1] f8[::1]",
 )
 STATE = record(
     State,
     "f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1]"
-    " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1]",
+    " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1]",
 )
 POINTS = record(
     Points,

@@ -73,7 +73,10 @@ def turn_pair(solver, velocity, n, cosine, sine):
 
 
 def comes_second(geom_type, compound, ages, a, b):
-    """Return whether Bullet lists geom b before a: compounds first, then convex shapes, then surfaces."""
+    """Return whether Bullet lists geom b before a: compounds first, then convex shapes, then surfaces.
+
+    Parts of compounds within compounds come before other parts.
+    """
     one = 0 if geom_type[a] == PLANE or geom_type[a] == FIELD else 1 + compound[a]
     two = 0 if geom_type[b] == PLANE or geom_type[b] == FIELD else 1 + compound[b]
     return two > one or (two == one and ages[b] < ages[a])

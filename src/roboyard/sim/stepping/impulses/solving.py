@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from roboyard.native import compiled
+from roboyard.sim.stepping.impulses.contact_row_kernels import FRICTION, OWN_CONTACT
 from roboyard.sim.stepping.impulses.entries import add_to
 from roboyard.sim.stepping.impulses.inertia import (
     change_velocities,
@@ -25,6 +26,11 @@ from roboyard.sim.stepping.impulses.records import (
 )
 from roboyard.sim.stepping.impulses.rows import contact_rows, set_goals
 from roboyard.sim.stepping.impulses.table import solve_by_table
+
+BALL = 1
+"""MuJoCo's type of this joint."""
+EQUALITY = 0
+"""MuJoCo's kind of the rows of constraints."""
 
 
 def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma: no cover
@@ -49,6 +55,7 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
         mechanism.equality_share, mechanism.equality_aux, rules[ERP], rules[SLOW], timestep, goals,
     )  # fmt: skip
     note_gears(kind, index, mechanism, state, solver)
+    note_links_apart(kind, index, geom, mechanism, state, solver)
     listed = ends[4]
     entries = 0
     for n in range(listed):
@@ -123,6 +130,78 @@ def note_gears(kind, index, mechanism, state, solver):  # pragma: no cover
                 solve_inertia(mechanism, state, work, first, first + size, first)
             elif jacobian[n, k] != 0.0:
                 goals[n, 5] += 2.0 * jacobian[n, k] * work[first + k]
+
+
+def note_links_apart(kind, index, geom, mechanism, state, solver):  # pragma: no cover
+    """Write what both links of a row give each other through their tree, for which Bullet does not allow.
+
+    It divides by the sum of what an impulse on each link changes in the velocity of that link alone: where
+    two links of a robot touch, are held together by a constraint, or by the motor of a spherical joint. So
+    links that cannot move apart still push each other.
+    """
+    order, entries, tree = solver.order, solver.scaled, mechanism.geom_tree
+    for n in range(solver.ends[4]):
+        row = order[n, 0]
+        if order[n, 1] < 0 or order[n, 2] >= 0:
+            continue
+        if kind[row] == OWN_CONTACT:
+            a, b = geom[index[row], 0], geom[index[row], 1]
+            if tree[a] != tree[b]:
+                continue  # the entries of its first link were kept as it was written
+        elif kind[row] == FRICTION:
+            dof = index[row]
+            if mechanism.joint_type[mechanism.dof_joint[dof]] != BALL:
+                continue
+            axis = state.cdof[dof]
+            write_link(
+                n, mechanism.dof_body[dof], axis[0], axis[1], axis[2], 0.0, 0.0, 0.0, mechanism, state, solver
+            )
+        elif kind[row] == EQUALITY and mechanism.equality_site[index[row], 0] >= 0:
+            write_first_link(n, row, kind, index, mechanism, state, solver)
+        else:
+            continue
+        first, size, work = solver.spans[n, 0], solver.spans[n, 1], solver.change
+        for k in range(size):
+            work[first + k] = entries[n, k]
+        solve_inertia(mechanism, state, work, first, first + size, first)
+        for k in range(size):
+            solver.goals[n, 5] += 2.0 * work[first + k] * (solver.jacobian[n, k] - entries[n, k])
+
+
+def write_first_link(n, row, kind, index, mechanism, state, solver):
+    """Write the entries that row n of a constraint at two frames has for the link of the first one."""
+    equality, before = index[row], 0
+    while before < row and kind[row - 1 - before] == EQUALITY and index[row - 1 - before] == equality:
+        before += 1
+    site = mechanism.equality_site[equality, 0]
+    body, k = mechanism.site_body[site], before % 3
+    if before >= 3:  # half the turn about an axis of the first frame; see `turn_about_axis`
+        x, y, z = state.site_xmat[site, k], state.site_xmat[site, 3 + k], state.site_xmat[site, 6 + k]
+        write_link(n, body, 0.5 * x, 0.5 * y, 0.5 * z, 0.0, 0.0, 0.0, mechanism, state, solver)
+        return
+    root = mechanism.body_root[body]
+    x = state.site_xpos[site, 0] - state.subtree_com[root, 0]
+    y = state.site_xpos[site, 1] - state.subtree_com[root, 1]
+    z = state.site_xpos[site, 2] - state.subtree_com[root, 2]
+    if k == 0:
+        write_link(n, body, 0.0, z, -y, 1.0, 0.0, 0.0, mechanism, state, solver)
+    elif k == 1:
+        write_link(n, body, -z, 0.0, x, 0.0, 1.0, 0.0, mechanism, state, solver)
+    else:
+        write_link(n, body, y, -x, 0.0, 0.0, 0.0, 1.0, mechanism, state, solver)
+
+
+def write_link(n, body, rx, ry, rz, x, y, z, mechanism, state, solver):
+    """Write the turns of a link's chain of joints about (rx, ry, rz) and their moves along (x, y, z)."""
+    entries, first = solver.scaled, solver.spans[n, 0]
+    for k in range(solver.spans[n, 1]):
+        entries[n, k] = 0.0
+    while body > 0:
+        start = mechanism.body_dof[body]
+        for d in range(start, start + mechanism.body_dofs[body]):
+            turn = rx * state.cdof[d, 0] + ry * state.cdof[d, 1] + rz * state.cdof[d, 2]
+            entries[n, d - first] = turn + x * state.cdof[d, 3] + y * state.cdof[d, 4] + z * state.cdof[d, 5]
+        body = mechanism.body_parent[body]
 
 
 def write_rows(

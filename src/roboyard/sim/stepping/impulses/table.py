@@ -18,6 +18,7 @@ from roboyard.sim.stepping.impulses.blocks import (
     take_four_blocks,
     take_two_blocks,
 )
+from roboyard.sim.stepping.impulses.grouping import end_of_uncounted
 from roboyard.sim.stepping.impulses.records import BLOCK, CUT, HIGH, IMPULSE, INVERSE, LOW, OWN, WISH
 
 
@@ -32,10 +33,13 @@ def solve_by_table(  # pragma: no cover
     """
     count = ends[4]
     width = (count + BLOCK - 1) // BLOCK * BLOCK
-    write_table(spans, goals, count, across, table, lines, width)
+    unmoved = write_table(spans, goals, count, across, table, lines, width)
     most = 0.0
     for part in range(parts[parts.shape[0] - 1, 0]):
         done = 0.0
+        least = residual
+        if unmoved >= ends[0]:
+            least = leave_uncounted(parts, part, goals, lines, width, residual)
         joints, joints_end = parts[part, 0], parts[part, 1]
         normals, normals_end = parts[part, 2], parts[part, 3]
         while done < rounds:
@@ -53,7 +57,7 @@ def solve_by_table(  # pragma: no cover
                 if first < end:
                     worst = max(worst, slide_rows(lines, table, rows, first, ends[3], end, width))
             done += 1.0
-            if worst <= residual:
+            if worst <= least:
                 break
         most = max(most, done)
     for n in range(count):
@@ -67,7 +71,11 @@ def solve_by_table(  # pragma: no cover
 
 
 def write_table(spans, goals, count, across, table, lines, width):
-    """Write what unit impulses take from the wishes of rows, and the lines before the first round."""
+    """Write what unit impulses take from the wishes of rows, and the lines before the first round.
+
+    Returns the number of the last row that no impulse moves, or -1.
+    """
+    unmoved = -1
     for k in range(count, width):
         lines[INVERSE * width + k] = lines[WISH * width + k] = 0.0
     for n in range(count):
@@ -94,6 +102,8 @@ def write_table(spans, goals, count, across, table, lines, width):
         own = table[at + n] + goals[n, 4] - goals[n, 5]
         inverse = 1.0 / own if own > 1e-15 else 0.0
         lines[OWN * width + n], lines[INVERSE * width + n] = own, inverse
+        if inverse == 0.0:
+            unmoved, goals[n, 3] = n, -1.0
         lines[WISH * width + n] = goals[n, 0] * inverse
         lines[LOW * width + n], lines[HIGH * width + n] = goals[n, 1], goals[n, 2]
         lines[IMPULSE * width + n] = 0.0
@@ -102,6 +112,16 @@ def write_table(spans, goals, count, across, table, lines, width):
         for k in range(width):
             table[at + k] *= lines[INVERSE * width + k]
         table[at + n] = 1.0 + goals[n, 5] * lines[INVERSE * width + n]
+    return unmoved
+
+
+def leave_uncounted(parts, part, goals, lines, width, residual):
+    """Let rows not count whose changes Bullet loses; return the residual at which the rounds end."""
+    last, end = end_of_uncounted(parts, part, goals)
+    for kind in range(last + 1 if last > 0 else 0):
+        for n in range(parts[part, 2 * kind], end if kind == last else parts[part, 2 * kind + 1]):
+            lines[OWN * width + n] = 0.0
+    return -1.0 if last == 4 and end == parts[part, 9] else residual
 
 
 def add_products(table, at, across, n, a, b, c, d, width):
