@@ -213,6 +213,8 @@ def pose_of(element: ET.Element, reader: Reader) -> Array:
 def numbers(element: ET.Element, key: str, count: int, reader: Reader) -> tuple[float, ...] | None:
     """Return the first `count` numbers of an attribute, or None if it is absent or too short.
 
+    They are rounded to single precision, in which Bullet reads them.
+
     Raises:
         DescriptionError: the attribute has something else than finite numbers.
     """
@@ -225,7 +227,7 @@ def _all_numbers(element: ET.Element, key: str, reader: Reader) -> tuple[float, 
     if given is None:
         return ()
     try:
-        found = tuple(float(token) for token in given.split())
+        found = tuple(np.array(given.split(), np.float32).astype(float).tolist())
     except ValueError:
         found = (float("nan"),)
     if not np.isfinite(found).all():
