@@ -1,7 +1,7 @@
 """Joint axes that are no unit vectors, and massless parts between others; the numbers are PyBullet 3.2.7's.
 
-Bullet turns a joint by its velocity, and counts that as many times larger as its axis is long where it computes
-velocities of links and forces.
+Bullet turns a joint by its velocity, and counts that as many times larger as its axis is long where it
+computes velocities of links and forces.
 """
 
 from __future__ import annotations
