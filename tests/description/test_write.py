@@ -24,12 +24,12 @@ DATA = Path(__file__).parents[1] / "data" / "urdf"
 
 
 def plain(value):
-    """The data of a description without where it was read, XML by value."""
+    """The data of a description without where it was read, XML by value. Axes are written as unit vectors."""
     if isinstance(value, ET.Element):
         text = (value.text or "").strip()
         return (value.tag, sorted(value.attrib.items()), text, [plain(child) for child in value])
     if dataclasses.is_dataclass(value):
-        skipped = ("source", "notes")
+        skipped = ("source", "notes", "axis_length")
         fields = (field.name for field in dataclasses.fields(value) if field.name not in skipped)
         return {name: plain(getattr(value, name)) for name in fields}
     if isinstance(value, tuple):

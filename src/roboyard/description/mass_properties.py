@@ -179,7 +179,10 @@ def massless_parts(
 
 
 def trace_mass(
-    description: RobotDescription, masses: Mapping[str, MassProperties | None], scale: float = 1.0
+    description: RobotDescription,
+    masses: Mapping[str, MassProperties | None],
+    scale: float = 1.0,
+    share: float = MASSLESS_FRACTION,
 ) -> MassProperties:
     """Return the mass properties to give a massless moving part: a millionth of the robot's mass.
 
@@ -189,8 +192,9 @@ def trace_mass(
         description: the robot.
         masses: from `link_masses`, with the same scale.
         scale: uniform length scale.
+        share: of the robot's mass that the part gets instead.
     """
-    mass = (sum(part_masses(description, masses).values()) or 1.0) * MASSLESS_FRACTION
+    mass = (sum(part_masses(description, masses).values()) or 1.0) * share
     moment = max(mass * (_reach(description) * scale) ** 2, MIN_INERTIA)
     return MassProperties(
         mass=mass,

@@ -268,6 +268,8 @@ class Joint:
     """Of the child link's frame in the parent link's frame, at joint position zero."""
     axis: Vector3 = (1.0, 0.0, 0.0)
     """Unit, in the child link's frame (the joint frame)."""
+    axis_length: float = 1.0
+    """Length of the axis as the file gives it."""
     limit: Limit | None = None
     damping: float = 0.0
     """N m s/rad or N s/m"""

@@ -412,6 +412,10 @@ class Body:
         """Let the elements be built again, of a plan."""
         self.form = plan
 
+    def dofs_of(self, joint: int) -> slice:
+        """Return the rows of a joint in qvel."""
+        return self.joints[joint].dof_slice
+
     def take_over(self, plan: PlannedBody, built: Built) -> None:
         """Let the elements be those of another body that was built of such a plan."""
         self._plan, self.form, self._plan_edits = plan, built, self.world.element_edits

@@ -93,6 +93,9 @@ class Engine(Generic[BodyT]):
         """(nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z before the last position update,
         where MuJoCo's arrays hold later ones."""
         self._inertia_changed = False
+        self.long_axes: dict[tuple[int, int], float] = {}
+        """Lengths, other than 1, of the axes of joints, by body and joint; see `axis_lengths`."""
+        self._lengths: tuple[int, Array] | None = None
         self.late_masses: dict[Any, Array] = {}
         """Links to (4,) masses (kg) and principal moments (kg m²) that the spec does not have yet."""
         self.late_frictions: dict[Any, Array] = {}
@@ -683,8 +686,27 @@ class Engine(Generic[BodyT]):
             if self._inertia_changed:
                 self._sum_inertia()
             mujoco.mj_comPos(self._model, data)
+            lengths = self.axis_lengths()
+            if lengths is not None:
+                data.cdof *= lengths[:, None]
             self._centres_moved = False
         return data
+
+    def axis_lengths(self) -> Array | None:
+        """Return the (nv,) lengths of the axes of degrees of freedom; None where all are 1.
+
+        An impulse engine that takes axes as files give them turns a joint by its velocity, and counts it so
+        many times larger where it computes velocities of links and forces.
+        """
+        if not self.long_axes:
+            return None
+        if self._lengths is None or self._lengths[0] != self.revision:
+            lengths, bodies = np.ones(self._model.nv), self.body_by_id
+            for (key, joint), length in self.long_axes.items():
+                if key in bodies:
+                    lengths[bodies[key].dofs_of(joint)] = length
+            self._lengths = self.revision, lengths
+        return self._lengths[1]
 
     def velocities(self) -> Any:
         """Return the MjData with positions and body velocities (cvel) that agree with qpos and qvel."""

@@ -20,6 +20,10 @@ class EngineBody(Protocol):
     description: RobotDescription | None
     mujoco_ids: np.ndarray
 
+    def dofs_of(self, joint: int) -> slice:
+        """Return the rows of a joint in qvel."""
+        ...
+
     @property
     def built(self) -> Built:
         """Its elements in the spec, which it gets now where it is only planned."""

@@ -36,7 +36,7 @@ def build_joint(joint: JointElement, problems: Problems) -> Joint | None:
             message = f'it has no {tag} link; add <{tag} link="..."/>'
             problems.error(found.get(tag, element), joint.who, message)
     problems.use(found.get("origin"))
-    axis = _axis(joint, found["axis"], problems) if "axis" in found else _DEFAULT_AXIS
+    axis, length = _axis(joint, found["axis"], problems) if "axis" in found else (_DEFAULT_AXIS, 1.0)
     problems.use(joint.limit)
     mimic = _mimic(joint, problems)
     problems.use(found.get("dynamics"))
@@ -50,6 +50,7 @@ def build_joint(joint: JointElement, problems: Problems) -> Joint | None:
         child=joint.child,
         origin=joint.pose,
         axis=axis,
+        axis_length=length,
         limit=None if limit is None else Limit(**{key: getattr(joint, key) for key in _LIMIT}),
         damping=joint.damping or 0.0,
         friction=joint.friction or 0.0,
@@ -87,25 +88,25 @@ def _type(joint: JointElement, problems: Problems) -> JointType | None:
     return None
 
 
-def _axis(joint: JointElement, element: ET.Element, problems: Problems) -> Vector3:
-    """The axis, scaled to unit length."""
+def _axis(joint: JointElement, element: ET.Element, problems: Problems) -> tuple[Vector3, float]:
+    """The axis, scaled to unit length, and its length."""
     problems.use(element)
     axis = joint.axis
     if axis is None:
-        return _DEFAULT_AXIS
+        return _DEFAULT_AXIS, 1.0
     length = math.hypot(*axis)
     if length < 1e-12:
         shown = ", ".join(f"{value:g}" for value in axis)
         problems.error(element, joint.who, f"<axis> is ({shown}); give a non-zero axis")
-        return _DEFAULT_AXIS
+        return _DEFAULT_AXIS, 1.0
     if not math.isfinite(length):
         problems.error(element, joint.who, "<axis> is too large; give a unit axis")
-        return _DEFAULT_AXIS
+        return _DEFAULT_AXIS, 1.0
     if abs(length - 1.0) > UNIT_TOLERANCE:
         problems.note(element, joint.who, f"<axis> has length {length:.6g}; scaled to unit length")
     if abs(length - 1.0) < 1e-15:
-        return cast(Vector3, axis)
-    return (axis[0] / length, axis[1] / length, axis[2] / length)
+        return cast(Vector3, axis), 1.0
+    return (axis[0] / length, axis[1] / length, axis[2] / length), length
 
 
 def _mimic(joint: JointElement, problems: Problems) -> Mimic | None:

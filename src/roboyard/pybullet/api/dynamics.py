@@ -24,6 +24,7 @@ from roboyard.pybullet.fast.fast_commands import (
     replace_properties,
 )
 from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
+from roboyard.sim.build.masses import LEAST_SHARE
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -212,7 +213,7 @@ def _set_mass(
         mass, moments = IMMOVABLE_MASS, (IMMOVABLE_MASS, IMMOVABLE_MASS, IMMOVABLE_MASS)
     if mass == 0.0 and link >= 0:
         description = record.model.description
-        trace = trace_mass(description, link_masses(description, 1.0))
+        trace = trace_mass(description, link_masses(description, 1.0), share=LEAST_SHARE)
         mass, (x, y, z) = trace.mass, trace.principal.tolist()
         moments = x, y, z
     scene.hold_massless_joints(record)

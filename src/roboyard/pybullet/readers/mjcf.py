@@ -33,7 +33,6 @@ from roboyard.description.model import (
 from roboyard.description.urdf.xml import line_of, read_xml
 from roboyard.errors import DescriptionError
 from roboyard.pybullet.readers.mjcf_geoms import Geom, GeomDefaults, Reader, numbers, pose_of, read_geom
-from roboyard.pybullet.state.joint_tables import AXIS_AS_GIVEN
 from roboyard.transforms import Array, quaternion_from_matrix
 
 DENSITY = 1000.0
@@ -238,7 +237,7 @@ def _joint(
             child=tree.links[link].name,
             origin=_as_pose(pose),
             axis=(x, y, z),
-            attributes=((AXIS_AS_GIVEN, " ".join(map(repr, axis.tolist()))),),
+            axis_length=length if abs(length - 1.0) > 1e-15 and length else 1.0,
             limit=Limit(lower=low, upper=high),
             source=reader.source(element),
         )

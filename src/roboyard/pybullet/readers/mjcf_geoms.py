@@ -213,19 +213,23 @@ def pose_of(element: ET.Element, reader: Reader) -> Array:
 def numbers(element: ET.Element, key: str, count: int, reader: Reader) -> tuple[float, ...] | None:
     """Return the first `count` numbers of an attribute, or None if it is absent or too short.
 
+    Several are rounded to single precision, in which Bullet reads them, a single one is not.
+
     Raises:
         DescriptionError: the attribute has something else than finite numbers.
     """
-    found = _all_numbers(element, key, reader)
+    found = _all_numbers(element, key, reader, float if count == 1 else np.float32)
     return found[:count] if len(found) >= count else None
 
 
-def _all_numbers(element: ET.Element, key: str, reader: Reader) -> tuple[float, ...]:
+def _all_numbers(
+    element: ET.Element, key: str, reader: Reader, kind: type[float | np.float32] = np.float32
+) -> tuple[float, ...]:
     given = element.get(key)
     if given is None:
         return ()
     try:
-        found = tuple(float(token) for token in given.split())
+        found = tuple(float(kind(token)) for token in given.split())
     except ValueError:
         found = (float("nan"),)
     if not np.isfinite(found).all():
@@ -238,7 +242,7 @@ def _all_numbers(element: ET.Element, key: str, reader: Reader) -> tuple[float, 
 
 
 def _sizes(element: ET.Element, reader: Reader) -> tuple[float, ...]:
-    sizes = _all_numbers(element, "size", reader)
+    sizes = _all_numbers(element, "size", reader, float if element.get("type") == "sphere" else np.float32)
     if any(value < 0 for value in sizes):
         raise DescriptionError(
             f'<geom size="{element.get("size")}">: sizes must not be negative',

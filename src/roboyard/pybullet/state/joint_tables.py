@@ -27,8 +27,6 @@ POSITION_COUNT = {0: 1, 1: 1, 2: 4, 3: 3, 4: 0}
 VELOCITY_COUNT = {0: 1, 1: 1, 2: 3, 3: 3, 4: 0}
 FIRST_Q, FIRST_U = 7, 6
 _NO_LIMIT = (0.0, -1.0)
-AXIS_AS_GIVEN = "axis"
-"""Attribute with the axis as the file gives it; Bullet reports axes of any length."""
 
 
 def joint_infos(model: BodyModel) -> list[tuple[Any, ...]]:
@@ -68,13 +66,11 @@ def limits(joint: Joint) -> tuple[float, float, float, float]:
 
 
 def axis_in_inertial_frame(link: LinkModel, joint: Joint) -> tuple[float, float, float]:
-    """Return the joint's axis in the child's inertial frame; zero for joints without an axis."""
+    """Return the joint's axis in the child's inertial frame, of the file's length; zero without an axis."""
     if joint.type not in ("revolute", "continuous", "prismatic", "planar"):
         return 0.0, 0.0, 0.0
-    given = next((value for key, value in joint.attributes if key == AXIS_AS_GIVEN), None)
-    axis = joint.axis if given is None else [float(token) for token in given.split()]
-    x, y, z = rotate(conjugate(link.frame.quaternion), axis)
-    return float(x), float(y), float(z)
+    x, y, z = rotate(conjugate(link.frame.quaternion), joint.axis)
+    return float(x) * joint.axis_length, float(y) * joint.axis_length, float(z) * joint.axis_length
 
 
 def frame_in_parent(

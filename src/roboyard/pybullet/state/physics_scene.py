@@ -192,6 +192,10 @@ class PhysicsScene:
         self.bodies[number] = record
         self.order.append(number)
         self._records_by_world_id[body.id] = record
+        for index, link in enumerate(model.links[1:]):
+            joint = link.joint
+            if joint is not None and joint.axis_length != 1.0 and joint.type in ("revolute", "continuous"):
+                self.world.long_axes[body.id, index] = joint.axis_length
         return record
 
     def set_damping(self, record: BodyRecord, linear: float, angular: float) -> None:

@@ -6,13 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from roboyard.description.mass_properties import MassProperties, link_masses, massless_parts, trace_mass
+from roboyard.description.mass_properties import (
+    MASSLESS_FRACTION,
+    MassProperties,
+    link_masses,
+    massless_parts,
+    trace_mass,
+)
 from roboyard.description.model import RobotDescription
 from roboyard.transforms import to_wxyz
 
+LEAST_SHARE = 1e-12
+"""Share of a robot's mass for its massless parts where joints have no drives that need more, as those of an
+impulse engine: it lets massless parts between others have no mass at all."""
+
 
 def simulated_masses(
-    description: RobotDescription, *, fixed_base: bool, scale: float
+    description: RobotDescription, *, fixed_base: bool, scale: float, share: float = MASSLESS_FRACTION
 ) -> dict[str, MassProperties | None]:
     """Return mass properties by link; moving parts without mass get a trace of the robot's mass.
 
@@ -20,11 +30,12 @@ def simulated_masses(
         description: the robot.
         fixed_base: whether the root is fixed and needs no mass.
         scale: uniform length scale; mass grows with its cube.
+        share: of the robot's mass that such a part gets.
     """
     masses = link_masses(description, scale, keep_massless=True)
     massless = massless_parts(description, masses, fixed_base=fixed_base)
     if massless:
-        trace = trace_mass(description, masses, scale)
+        trace = trace_mass(description, masses, scale, share)
         masses.update(dict.fromkeys(massless, trace))
     return masses
 

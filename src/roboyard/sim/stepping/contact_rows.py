@@ -9,6 +9,7 @@ knows no force of them; `forces` and `motor_efforts` do.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,19 @@ _NO_ROWS = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
 Collide = Callable[[Callable[..., None], Any, Any], None]
 
 
+def first_half(lengths: np.ndarray | None, model: Any, data: Any) -> None:
+    """Do what mj_step1 does, with axes of these lengths; see `Engine.axis_lengths`."""
+    mujoco.mj_step1(model, data)
+    if lengths is not None:
+        data.cdof *= lengths[:, None]
+        mujoco.mj_makeM(model, data)
+        mujoco.mj_factorM(model, data)
+        mujoco.mj_makeConstraint(model, data)
+        mujoco.mj_island(model, data)
+        mujoco.mj_projectConstraint(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+
+
 class ContactRows:
     """The rows of one world's steps."""
 
@@ -48,6 +62,7 @@ class ContactRows:
         self._model: Any = None
         self._makes_joints = False
         self._data: Any = None
+        self._lengths: np.ndarray | None = None
         self._addresses: tuple[int, ...] | None = None
         """Arguments of `find_contacts` for the model and this data, none where they are not known."""
         self.is_last = False
@@ -70,25 +85,37 @@ class ContactRows:
         """Return whether the next step is to be executed in this way."""
         return self.makes_joints(model) or manifolds.pair_count >= FEWEST
 
-    def find(self, model: Any, data: Any, flags: int) -> None:
-        """Compute all that mj_step1 does but rows; `flags` are those of MuJoCo while contacts are found."""
-        if self._addresses is None or self._data is not data:
-            self._data, place = data, finding().flags_place()
+    def find(self, model: Any, data: Any, flags: int, lengths: np.ndarray | None) -> None:
+        """Compute all that mj_step1 does but rows.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            flags: those of MuJoCo while contacts are found.
+            lengths: of axes; see `Engine.axis_lengths`.
+        """
+        if self._addresses is None or self._data is not data or self._lengths is not lengths:
+            self._data, self._lengths, place = data, lengths, finding().flags_place()
             disabled = model.opt.gravity.ctypes.data + place
-            self._addresses = (model._address, data._address, disabled) if place >= 0 else ()
+            scaled = (
+                (0, 0, 0) if lengths is None else (lengths.ctypes.data, data.cdof.ctypes.data, len(lengths))
+            )
+            self._addresses = (model._address, data._address, disabled, *scaled) if place >= 0 else ()
         if self._addresses:
             finding().find_contacts(*self._addresses, flags)
             return
-        without(_NO_CONTACTS | _NO_ROWS, mujoco.mj_step1, model, data)
+        without(_NO_CONTACTS | _NO_ROWS, partial(first_half, lengths), model, data)
         without(flags, mujoco.mj_collision, model, data)
 
     def known_addresses(self, data: Any) -> tuple[int, ...] | None:
         """Return the arguments of `find_contacts`, as found in the last step; none for other data."""
         return self._addresses if self._data is data else None
 
-    def find_with_others(self, model: Any, data: Any, found: StepRows, collide: Collide) -> int:
+    def find_with_others(
+        self, model: Any, data: Any, found: StepRows, collide: Collide, lengths: np.ndarray | None
+    ) -> int:
         """Do what `find` does; return the number of rows of joints and equalities that MuJoCo has to make."""
-        without(_NO_CONTACTS, mujoco.mj_step1, model, data)
+        without(_NO_CONTACTS, partial(first_half, lengths), model, data)
         count = found.counts_now()[ALL]
         collide(mujoco.mj_collision, model, data)
         return count

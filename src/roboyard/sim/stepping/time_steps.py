@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from _thread import _local
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.constraints import Constraints
-from roboyard.sim.stepping.contact_rows import without
+from roboyard.sim.stepping.contact_rows import first_half, without
 from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
@@ -157,8 +158,11 @@ class Stepping:
         self.in_turn.change(body, is_there=is_there)
 
     def forget(self, body_id: int) -> None:
-        """Remove the velocity limits of a body that is removed."""
+        """Remove the velocity limits and long axes of a body that is removed."""
         self._velocity_limits = {k: v for k, v in self._velocity_limits.items() if k[0] != body_id}
+        world = self._world
+        if world.long_axes:
+            world.long_axes = {k: v for k, v in world.long_axes.items() if k[0] != body_id}
 
     def set_velocity_limit(self, body_id: int, joint_index: int, largest: float) -> None:
         """Bound a joint's velocity (rad/s or m/s) instead of the world's profile."""
@@ -272,7 +276,7 @@ class Stepping:
             self._makes_rows = False
             self._solve_rows(model, data, found, r.OTHERS, remade=True)
             return
-        self._collide(mujoco.mj_step1, model, data)
+        self._collide(partial(first_half, self._world.axis_lengths()), model, data)
         answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
         if answer == r.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
@@ -357,10 +361,10 @@ class Stepping:
         if own.makes_joints(model):
             assert self._compiled is not None
             self._flags = self._flags_of_fields(model, data)
-            own.find(model, data, self._flags)
+            own.find(model, data, self._flags, self._world.axis_lengths())
             answer = in_turn.execute(found, r.KEEP, r.SOLVE, 1, r.OF_ALL)
             return self._solve_new_points(answer, model, data, found)
-        others = own.find_with_others(model, data, found, self._collide)
+        others = own.find_with_others(model, data, found, self._collide, self._world.axis_lengths())
         if in_turn.execute(found, r.KEEP, r.KEEP) == r.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
         if others:
@@ -469,7 +473,7 @@ class Stepping:
             self.manifolds.prepare(model, data)
         if self._is_bounded:
             self.constraints.prepare(model)
-        self._collide(mujoco.mj_step1, model, data)
+        self._collide(partial(first_half, self._world.axis_lengths()), model, data)
         if self._soft.by_id:
             self._soft.add_forces(model, data)
         if world.hard_contacts:

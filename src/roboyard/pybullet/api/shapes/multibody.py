@@ -231,6 +231,7 @@ def _jointed_link(
         child=link.name,
         origin=_pose(position, orientation),
         axis=(x, y, z),
+        axis_length=length if length and abs(length - 1.0) > 1e-15 else 1.0,
         limit=_NO_RANGE,
     )
     return link

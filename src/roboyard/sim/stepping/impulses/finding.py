@@ -8,7 +8,7 @@ from typing import Any
 
 from roboyard._mujoco import mujoco
 from roboyard.native import c_function, can_call, compiled
-from roboyard.native.views import integers_at
+from roboyard.native.views import integers_at, numbers_at
 from roboyard.sim.mujoco_library import mujoco_library, stored_numbers
 
 NO_ROWS = int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
@@ -19,19 +19,31 @@ _OPTIONS = 400
 
 mj_step1 = c_function("mj_step1", "i8 i8 -> i8", library=mujoco_library)
 mj_collision = c_function("mj_collision", "i8 i8 -> i8", library=mujoco_library)
+mj_makeM = c_function("mj_makeM", "i8 i8 -> i8", library=mujoco_library)
+mj_factorM = c_function("mj_factorM", "i8 i8 -> i8", library=mujoco_library)
+mj_fwdVelocity = c_function("mj_fwdVelocity", "i8 i8 -> i8", library=mujoco_library)
 
 
-@compiled("i8 i8 i8 i8", library=mujoco_library)
-def find_contacts(model, data, flags, more):  # pragma: no cover
+@compiled("i8 i8 i8 i8 i8 i8 i8", library=mujoco_library)
+def find_contacts(model, data, flags, lengths, moves, count, more):  # pragma: no cover
     """Compute all that mj_step1 does, and contacts, but no rows.
 
-    model, data: addresses of MjModel and MjData. flags: address of what is disabled. more: flags besides
-    while contacts are found.
+    model, data: addresses of MjModel and MjData. flags: address of what is disabled. lengths: address of
+    `Engine.axis_lengths`, moves: of `cdof`, for so many degrees of freedom; none where all are 1. more: flags
+    besides while contacts are found.
     """
     disabled = integers_at(flags, 1)
     kept = disabled[0]
     disabled[0] = kept | NO_ROWS
     mj_step1(model, data)
+    if count > 0:
+        length, move = numbers_at(lengths, count), numbers_at(moves, 6 * count)
+        for dof in range(count):
+            for k in range(6 * dof, 6 * dof + 6):
+                move[k] *= length[dof]
+        mj_makeM(model, data)
+        mj_factorM(model, data)
+        mj_fwdVelocity(model, data)
     disabled[0] = kept | more
     mj_collision(model, data)
     disabled[0] = kept
