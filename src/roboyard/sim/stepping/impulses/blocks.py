@@ -125,3 +125,19 @@ def sum_of_eight(x, i, stride, d, e, f, g, h, o, p, q):
     first = (d * x[i] + e * x[k]) + (f * x[m] + g * x[n])
     i, k, m, n = i + 4 * stride, k + 4 * stride, m + 4 * stride, n + 4 * stride
     return first + ((h * x[i] + o * x[k]) + (p * x[m] + q * x[n]))
+
+
+UNKNOWN = 1e300
+"""The largest change of a velocity after a row whose own cannot be told."""
+
+
+def worse(worst, change, inverse):
+    """Return the largest change of a velocity in a round so far, after a row with a change of its own.
+
+    A contact that moves nothing, as of a link that only turns about the contact's normal, has no impulse for
+    a unit of velocity, and Bullet divides 0 by 0: rounds do not end with such a row, and the next row's
+    change takes the place of all before.
+    """
+    if inverse == 0.0:
+        return UNKNOWN
+    return change if worst == UNKNOWN else max(worst, change)

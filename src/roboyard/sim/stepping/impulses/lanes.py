@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from roboyard.sim.stepping.impulses.blocks import add_block, add_blocks, dot_block
+from roboyard.sim.stepping.impulses.blocks import add_block, add_blocks, dot_block, worse
 from roboyard.sim.stepping.impulses.coupling import couple
 from roboyard.sim.stepping.impulses.layout import (
     COUPLED,
@@ -47,7 +47,7 @@ def solve_in_turn(  # pragma: no cover
     slots: (ntree,), places: (n, PLACES), lanes: (m,) and velocities: (k,), work arrays. change: (nv,) sums of
     scaled entries by impulses, written.
     """
-    lay_out(
+    idle = lay_out(
         rows, spans, goals, ends, jacobian, scaled, roots, diagonal, tree_dofs, slots, places, lanes,
         velocities,
     )  # fmt: skip
@@ -57,6 +57,7 @@ def solve_in_turn(  # pragma: no cover
         done = 0.0
         joints, joints_end = parts[part, 0], parts[part, 1]
         normals, normals_end = parts[part, 2], parts[part, 3]
+        apart = idle > 0 and has_idle_rows(lanes, parts, part)
         while done < rounds:
             worst = 0.0
             for i in range(joints_end - joints):
@@ -66,18 +67,25 @@ def solve_in_turn(  # pragma: no cover
                 wish = old + wish_of(lanes, places, n, velocities) - lanes[at + YIELD] * old
                 impulse = min(max(wish, lanes[at + LOW]), lanes[at + HIGH])
                 worst = max(worst, set_impulse(lanes, places, n, impulse, velocities))
-            worst = max(worst, push_normals(lanes, places, normals, normals_end, velocities))
+            if apart:
+                worst = push_apart(lanes, places, normals, normals_end, velocities, worst)
+            else:
+                worst = max(worst, push_normals(lanes, places, normals, normals_end, velocities))
             for n in range(parts[part, 4], parts[part, 5]):
                 at = STRIDE * n
                 bound = lanes[at + HIGH] * max(lanes[places[n, NORMAL]], 0.0)
                 if bound > 0.0:
                     wish = lanes[at + IMPULSE] + wish_of(lanes, places, n, velocities)
                     impulse = min(max(wish, -bound), bound)
-                    worst = max(worst, set_impulse(lanes, places, n, impulse, velocities))
+                    change_of_row = set_impulse(lanes, places, n, impulse, velocities)
+                    worst = worse(worst, change_of_row, lanes[at + INVERSE])
             for kind in range(6, 10, 2):
                 first, end = parts[part, kind], parts[part, kind + 1]
-                if first < end:
-                    worst = max(worst, slide_pairs(lanes, places, first, end, kind == 8, velocities))
+                if first < end and apart:
+                    worst = slide_apart(lanes, places, first, end, kind == 8, velocities, worst)
+                elif first < end:
+                    slip = slide_pairs(lanes, places, first, end, kind == 8, velocities)
+                    worst = worse(worst, slip, 1.0)
             done += 1.0
             if worst <= residual:
                 break
@@ -119,6 +127,41 @@ def slide_pairs(lanes, places, first, last, slides, velocities):
         else:
             worst = max(worst, slide_run(lanes, places, n, end, slides, velocities))
         n = end
+    return worst
+
+
+def has_idle_rows(lanes, parts, part):
+    """Return whether a normal or a friction row of a group moves nothing."""
+    for n in range(parts[part, 2], parts[part, 3]):
+        if lanes[STRIDE * n + INVERSE] == 0.0:
+            return True
+    for kind in range(6, 10, 2):
+        for n in range(parts[part, kind], parts[part, kind + 1], 2):
+            if is_idle_pair(lanes, n):
+                return True
+    return False
+
+
+def is_idle_pair(lanes, n):
+    """Return whether one of a pair of friction rows moves nothing."""
+    at = STRIDE * n + 2 * INVERSE
+    return lanes[at] == 0.0 or lanes[at + 1] == 0.0
+
+
+def push_apart(lanes, places, first, last, velocities, worst):
+    """Do what `push_normals` does, row by row; return the largest change so far, see `worse`."""
+    for n in range(first, last):
+        change = push_run(lanes, places, n, n + 1, velocities)
+        worst = worse(worst, change, lanes[STRIDE * n + INVERSE])
+    return worst
+
+
+def slide_apart(lanes, places, first, last, slides, velocities, worst):
+    """Do what `push_apart` does for pairs of friction rows; those that roll need a normal impulse."""
+    for n in range(first, last, 2):
+        if slides or lanes[places[n, NORMAL]] > 0.0:
+            change = slide_run(lanes, places, n, n + 2, slides, velocities)
+            worst = worse(worst, change, 0.0 if is_idle_pair(lanes, n) else 1.0)
     return worst
 
 

@@ -38,8 +38,11 @@ begin; the end of its run of rows that are solved alike, see `couple`."""
 def lay_out(  # pragma: no cover
     rows, spans, goals, ends, jacobian, scaled, roots, diagonal, tree_dofs, slots, places, lanes, velocities
 ):  # fmt: skip
-    """Write the places and numbers of all rows, and no velocity; see `couple`."""
-    still = 0
+    """Write the places and numbers of all rows, and no velocity; see `couple`.
+
+    Returns the number of contact rows that move nothing.
+    """
+    still = idle = 0
     for tree in range(tree_dofs.shape[0]):
         slots[tree] = still
         still += (tree_dofs[tree] + BLOCK - 1) // BLOCK * BLOCK
@@ -87,6 +90,8 @@ def lay_out(  # pragma: no cover
                 further += BLOCK
                 places[n, OTHER] += 1
         inverse = 1.0 / own if own > 1e-15 else 0.0
+        if inverse == 0.0 and n >= ends[0]:
+            idle += 1
         lanes[number + GOAL * step] = goals[n, 0] * inverse
         lanes[number + IMPULSE * step] = 0.0
         lanes[number + OWN * step] = own
@@ -94,6 +99,7 @@ def lay_out(  # pragma: no cover
         lanes[number + HIGH * step] = goals[n, 2]
         if n < ends[2]:
             lanes[at + YIELD], lanes[at + LOW] = goals[n, 4] * inverse, goals[n, 1]
+    return idle
 
 
 def scale_block(lanes, to, entries, n, at, size, roots, first):

@@ -17,6 +17,7 @@ from roboyard.sim.stepping.impulses.blocks import (
     take_eight_blocks,
     take_four_blocks,
     take_two_blocks,
+    worse,
 )
 from roboyard.sim.stepping.impulses.records import BLOCK, CUT, HIGH, IMPULSE, INVERSE, LOW, OWN, WISH
 
@@ -33,6 +34,9 @@ def solve_by_table(  # pragma: no cover
     count = ends[4]
     width = (count + BLOCK - 1) // BLOCK * BLOCK
     write_table(spans, goals, count, across, table, lines, width)
+    idle = False
+    for n in range(ends[0], count):
+        idle = idle or lines[INVERSE * width + n] == 0.0
     most = 0.0
     for part in range(parts[parts.shape[0] - 1, 0]):
         done = 0.0
@@ -43,15 +47,23 @@ def solve_by_table(  # pragma: no cover
                 worst = push_rows(lines, table, joints, joints_end - joints, 1, width)
             else:
                 worst = push_rows(lines, table, joints_end - 1, joints_end - joints, -1, width)
-            worst = max(worst, push_rows(lines, table, normals, normals_end - normals, 1, width))
+            if idle:
+                for n in range(normals, normals_end):
+                    worst = worse(worst, push_rows(lines, table, n, 1, 1, width), lines[INVERSE * width + n])
+            else:
+                worst = max(worst, push_rows(lines, table, normals, normals_end - normals, 1, width))
             for n in range(parts[part, 4], parts[part, 5]):
                 bound = lines[HIGH * width + n] * max(lines[IMPULSE * width + rows[n, 3]], 0.0)
                 if bound > 0.0:
-                    worst = max(worst, push(lines, table, n, -bound, bound, width))
+                    change_of_row = push(lines, table, n, -bound, bound, width)
+                    worst = worse(worst, change_of_row, lines[INVERSE * width + n])
             for kind in range(6, 10, 2):
                 first, end = parts[part, kind], parts[part, kind + 1]
-                if first < end:
-                    worst = max(worst, slide_rows(lines, table, rows, first, ends[3], end, width))
+                if first < end and idle:
+                    worst = slide_apart(lines, table, rows, first, ends[3], end, width, worst)
+                elif first < end:
+                    slip = slide_rows(lines, table, rows, first, ends[3], end, width)
+                    worst = worse(worst, slip, 1.0)
             done += 1.0
             if worst <= residual:
                 break
@@ -238,6 +250,16 @@ def slide_rows(lines, table, rows, first, sliding, stop, width):
         for k in range(0, width, BLOCK):
             take_two_blocks(lines, WISH * width + k, table, n * width + k, width, x, y)
         worst = max(worst, slip_of(lines, OWN * width + n, x, y))
+    return worst
+
+
+def slide_apart(lines, table, rows, first, sliding, stop, width, worst):
+    """Do what `slide_rows` does, pair by pair; return the largest change so far, see `worse`."""
+    for n in range(first, stop, 2):
+        if n >= sliding or lines[IMPULSE * width + rows[n, 3]] > 0.0:
+            slip = slide_rows(lines, table, rows, n, sliding, n + 2, width)
+            inverse = min(lines[INVERSE * width + n], lines[INVERSE * width + n + 1])
+            worst = worse(worst, slip, inverse)
     return worst
 
 
