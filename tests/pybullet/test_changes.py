@@ -40,6 +40,24 @@ def test_the_greatest_joint_speed_can_be_changed(client: int) -> None:
         assert p.getJointState(cart, 1)[1] == pytest.approx(greatest, rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("torque", "expected"),
+    [
+        ((0, 0, 2000), (37.778364371, -100.0, 100.0)),
+        ((-3000, 2500, 20), (-100.0, 100.0, -100.0)),
+    ],
+)
+def test_the_greatest_speeds_of_a_turned_body_are_those_in_the_world_frame(
+    client: int, torque: tuple[float, float, float], expected: tuple[float, float, float]
+) -> None:
+    """As recorded from PyBullet 3.2.7, which keeps each component within 100 rad/s."""
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3])
+    body = p.createMultiBody(1.0, shape, basePosition=[0, 0, 1], baseOrientation=[0.3, 0.2, -0.4, 0.84])
+    p.applyExternalTorque(body, -1, torque, p.WORLD_FRAME)
+    p.stepSimulation()
+    assert p.getBaseVelocity(body)[1] == pytest.approx(expected, abs=1e-6)
+
+
 def test_a_client_that_left_frees_its_world(client: int) -> None:
     import weakref
 

@@ -113,3 +113,56 @@ def test_dantzigs_method_solves_all_rows_together(client: int) -> None:
     p.resetSimulation()
     ((column, _),) = columns(1, 10, 300, top_mass=100.0)
     assert height_of(column[9]) < 0.7
+
+
+TURNTABLE = """
+<robot name="turntable">
+  <link name="base"/>
+  <link name="plate">
+    <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0.1 0 0.05"/><geometry><box size="0.1 0.1 0.1"/></geometry></collision>
+  </link>
+  <link name="upper">{arm}</link>
+  <link name="fore">{arm}</link>
+  <joint name="turn" type="continuous">
+    <parent link="base"/><child link="plate"/><axis xyz="0 0 1"/>
+  </joint>
+  <joint name="shoulder" type="continuous">
+    <parent link="plate"/><child link="upper"/><origin xyz="0 0 0.3"/><axis xyz="0 0 1"/>
+  </joint>
+  <joint name="elbow" type="continuous">
+    <parent link="upper"/><child link="fore"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>
+  </joint>
+</robot>
+""".format(
+    arm='<inertial><origin xyz="0.2 0 0"/><mass value="0.5"/>'
+    '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
+TURNED = {
+    0.01: (-0.327787471, 1.0, -1.000689611),
+    -0.001: (-0.308974976, 0.89545436, -1.0),
+}
+"""By height (m) of the plate: velocities (rad/s) after three steps, of 30 rounds and of one."""
+
+
+@pytest.mark.parametrize("height", TURNED)
+@pytest.mark.parametrize("others", [0, 40])
+def test_a_contact_that_moves_nothing_ends_the_rounds_as_in_pybullet(tmp_path, height, others):
+    """The plate turns about its contacts' normal: Bullet divides 0 by 0, and looks at friction alone."""
+    file = tmp_path / "turntable.urdf"
+    file.write_text(TURNTABLE)
+    number = p.connect(p.DIRECT)
+    p.setGravity(0, 0, -10)
+    ground = p.createCollisionShape(p.GEOM_BOX, halfExtents=[20, 20, 0.5])
+    p.createMultiBody(0, ground, basePosition=[0, 0, -0.5])
+    body = p.loadURDF(str(file), [0, 0, height], useFixedBase=True, flags=p.URDF_USE_INERTIA_FROM_FILE)
+    ball = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05, 0.05, 0.05])
+    for k in range(others):  # groups of their own, with which there are too many rows for a table
+        p.createMultiBody(1, ball, basePosition=[3 + 0.5 * k, 3, 0.05])
+    for j, (velocity, force) in enumerate(((-1.0, 20.0), (1.0, 8.0), (-1.0, 4.0))):
+        p.setJointMotorControl2(body, j, p.VELOCITY_CONTROL, targetVelocity=velocity, force=force)
+    for _ in range(3):
+        p.stepSimulation()
+    assert len(p.getContactPoints(body)) == (4 if height < 0 else 0)
+    assert np.allclose([state[1] for state in p.getJointStates(body, range(3))], TURNED[height], atol=1e-8)
+    p.disconnect(number)

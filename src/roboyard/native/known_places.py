@@ -145,15 +145,15 @@ def _closed_sources(module: str) -> list[str]:
     package = module.partition(".")[0]
     while waiting:
         name = waiting.pop()
-        if name in files or name.startswith(_PLAIN):
-            continue
+        if name in files or name.startswith(_PLAIN) or name not in sys.modules:
+            continue  # what a function imports later decides no constant
         file = getattr(sys.modules.get(name), "__file__", None)
         if not file or name.partition(".")[2].startswith("_"):
             return []
         files[name] = file
         with open(file, "rb") as source:  # noqa: PTH123
             tree = ast.parse(source.read())
-        for node in ast.walk(tree):
+        for node in _nodes_that_run(tree):
             names = [one.name for one in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom):
                 home = node.module or ""
@@ -166,6 +166,17 @@ def _closed_sources(module: str) -> list[str]:
                 elif first not in _HARMLESS:
                     return []
     return sorted(files.values())
+
+
+def _nodes_that_run(tree: Any) -> list[Any]:
+    """Return the nodes of a module but for those under `if TYPE_CHECKING`."""
+    import ast
+
+    nodes = [tree]
+    for node in nodes:
+        for_types = isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING"
+        nodes += node.orelse if for_types else ast.iter_child_nodes(node)
+    return nodes
 
 
 def _key(function: FunctionType, signature: Any) -> str:

@@ -322,15 +322,43 @@ def drive_motors(  # pragma: no cover
             island_D[place[row]] = D[row]
 
 
-@compiled("f8[:] f8[:] f8 f8[:]")
-def bound_velocity(velocity, acceleration, timestep, largest):  # pragma: no cover
-    """Bound accelerations so that no velocity component after the step exceeds its limit."""
-    for i in range(velocity.shape[0]):
-        after = velocity[i] + timestep * acceleration[i]
-        if after > largest[i]:
-            acceleration[i] = (largest[i] - velocity[i]) / timestep
-        elif after < -largest[i]:
-            acceleration[i] = (-largest[i] - velocity[i]) / timestep
+@compiled("f8[:] f8[:] f8 f8[:] i4[:] i4[:] i4[:] f8[:]")
+def bound_velocity(
+    velocity, acceleration, timestep, largest, joint_type, joint_dof, joint_qpos, qpos
+):  # pragma: no cover
+    """Bound accelerations so that no velocity component after the step exceeds its limit.
+
+    Of a free body these are the components in the world frame, in which MuJoCo has no angular velocity.
+    """
+    for joint in range(joint_type.shape[0]):
+        kind, dof = joint_type[joint], joint_dof[joint]
+        if kind == 0:
+            bound_turn(velocity, acceleration, timestep, largest, dof + 3, qpos, joint_qpos[joint] + 3)
+        for i in range(dof, dof + (3 if kind < 2 else 1)):
+            after = velocity[i] + timestep * acceleration[i]
+            if abs(after) > largest[i]:
+                acceleration[i] = (min(max(after, -largest[i]), largest[i]) - velocity[i]) / timestep
+
+
+def bound_turn(velocity, acceleration, timestep, largest, dof, qpos, place):
+    """Bound the angular acceleration of a free body, whose quaternion (w, x, y, z) begins at `place`."""
+    x, y, z = (
+        velocity[dof] + timestep * acceleration[dof],
+        velocity[dof + 1] + timestep * acceleration[dof + 1],
+        velocity[dof + 2] + timestep * acceleration[dof + 2],
+    )
+    if x * x + y * y + z * z <= largest[dof] * largest[dof]:
+        return
+    a, b, c, d = qpos[place], qpos[place + 1], qpos[place + 2], qpos[place + 3]
+    e, f, g = 1.0 - 2.0 * (c * c + d * d), 2.0 * (b * c - a * d), 2.0 * (b * d + a * c)
+    h, i, j = 2.0 * (b * c + a * d), 1.0 - 2.0 * (b * b + d * d), 2.0 * (c * d - a * b)
+    k, m, n = 2.0 * (b * d - a * c), 2.0 * (c * d + a * b), 1.0 - 2.0 * (b * b + c * c)
+    p = min(max(e * x + f * y + g * z, -largest[dof]), largest[dof])
+    q = min(max(h * x + i * y + j * z, -largest[dof + 1]), largest[dof + 1])
+    r = min(max(k * x + m * y + n * z, -largest[dof + 2]), largest[dof + 2])
+    acceleration[dof] = (e * p + h * q + k * r - velocity[dof]) / timestep
+    acceleration[dof + 1] = (f * p + i * q + m * r - velocity[dof + 1]) / timestep
+    acceleration[dof + 2] = (g * p + j * q + n * r - velocity[dof + 2]) / timestep
 
 
 @compiled("f8[:] f8[:] i8 f8 f8 f8[:]")

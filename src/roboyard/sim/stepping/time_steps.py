@@ -439,7 +439,7 @@ class Stepping:
         assert self._compiled is not None
         limits = self._compiled[4]
         if limits is not None:
-            kernels().bound_velocity(self._compiled[2], self._compiled[3], timestep, limits)
+            _bound_velocity(model, data, self._compiled[2], self._compiled[3], timestep, limits)
         mujoco.mj_Euler(model, data)
 
     def _prepare(self, model: Any, data: Any, timestep: float) -> None:
@@ -592,7 +592,7 @@ class Stepping:
             if self._is_in_turn:
                 self.in_turn.write(found, timestep)
         if limits is not None:
-            kernels().bound_velocity(qvel, qacc, timestep, limits)
+            _bound_velocity(model, data, qvel, qacc, timestep, limits)
         if slides:  # as in mj_step2
             mujoco.mj_sensorAcc(model, data)
             mujoco.mj_checkAcc(model, data)
@@ -632,3 +632,12 @@ class Stepping:
         for (body_id, joint_index), largest in self._velocity_limits.items():
             limits[self._world.body_by_id[body_id].joints[joint_index].dof_slice] = largest
         return limits
+
+
+def _bound_velocity(
+    model: Any, data: Any, velocity: np.ndarray, acceleration: np.ndarray, timestep: float, limits: np.ndarray
+) -> None:
+    kernels().bound_velocity(
+        *(velocity, acceleration, timestep, limits),
+        *(model.jnt_type, model.jnt_dofadr, model.jnt_qposadr, data.qpos),
+    )

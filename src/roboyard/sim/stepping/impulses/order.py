@@ -89,7 +89,10 @@ def execute(  # pragma: no cover
         if solver.ends[5] == count:
             follow_centres(mechanism, state)
         if rules[IS_BOUNDED] > 0.0 and solver.ends[5] == count:
-            bound_velocity(state.qvel, state.smooth, rules[TIMESTEP], solver.largest)
+            bound_velocity(
+                state.qvel, state.smooth, rules[TIMESTEP], solver.largest, mechanism.joint_type,
+                mechanism.joint_dof, mechanism.joint_qpos, state.qpos,
+            )  # fmt: skip
     if last >= SOLVE:
         solve(rows, contacts, search, mechanism, state, surface, solver)
         if rules[KEEPS_POINTS] > 0.0 and solver.ends[5] == count:
@@ -98,7 +101,10 @@ def execute(  # pragma: no cover
                 points.points[points.notes[TABLE]],
             )  # fmt: skip
         if rules[IS_BOUNDED] > 0.0 and solver.ends[5] == count:
-            bound_velocity(state.qvel, state.qacc, rules[TIMESTEP], solver.largest)
+            bound_velocity(
+                state.qvel, state.qacc, rules[TIMESTEP], solver.largest, mechanism.joint_type,
+                mechanism.joint_dof, mechanism.joint_qpos, state.qpos,
+            )  # fmt: skip
         if solver.ends[5] == count:
             move_centres(mechanism, state, rules[TIMESTEP])
     return DONE
