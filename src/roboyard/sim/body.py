@@ -20,6 +20,7 @@ from roboyard.sim.build.records import Built
 from roboyard.sim.engine import Engine
 from roboyard.sim.joint import POSITION_SIZE, VELOCITY_SIZE, Joint
 from roboyard.sim.link import Link
+from roboyard.sim.pool.lone_bodies import LoneBody
 from roboyard.transforms import Array, from_wxyz, normalized, rotate, to_wxyz
 
 
@@ -415,6 +416,20 @@ class Body:
     def take_over(self, plan: PlannedBody, built: Built) -> None:
         """Let the elements be those of another body that was built of such a plan."""
         self._plan, self.form, self._plan_edits = plan, built, self.world.element_edits
+
+    @property
+    def plan_of_tree(self) -> PlannedBody | None:
+        """The plan that links and joints agree with; None where there is none, or the base was freed."""
+        plan = self.form if type(self.form) is PlannedBody else self._plan
+        return plan if plan is not None and plan.options.fixed_base == self.is_fixed else None
+
+    def take_state(self, lone: LoneBody) -> None:
+        """Take over velocities and joint positions from this body alone, before the world had it."""
+        firsts = [
+            free if free >= 0 else min((int(first) for first in others if first >= 0), default=0)
+            for free, others in ((self.free_qpos, self.qpos_addresses), (self.free_dof, self.dof_addresses))
+        ]
+        lone.copy_to(self.world.live_data, *firsts)
 
     @property
     def geom_rows(self) -> list[list[int]]:

@@ -138,7 +138,7 @@ def getAABB(
         raise failure("getAABB failed; invalid linkIndex", f"links start at -1, got {linkIndex}")
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
-        record = scene.ready(bodyUniqueId, "getAABB failed.")
+        record = scene.readable(bodyUniqueId, "getAABB failed.")
     if linkIndex >= record.joint_count:
         raise failure("getAABB failed.", f"body {bodyUniqueId} has no link {linkIndex}")
     if record.soft is not None:
@@ -186,7 +186,8 @@ def _boxes(scene: PhysicsScene, record: BodyRecord) -> LinkBoxes:
     """Return the boxes around a body's links, which the record keeps."""
     from roboyard.pybullet.state import link_groups
 
-    found = record.link_boxes = link_groups.LinkBoxes(scene.world, record)
+    world = scene.alone(record) or scene.world
+    found = record.link_boxes = link_groups.LinkBoxes(world, record)
     return found
 
 

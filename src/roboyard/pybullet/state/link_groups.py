@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.face.arguments import Vector3
     from roboyard.pybullet.state.body_records import BodyRecord, LinkPusher, LinkReader, MovedLinkReader
     from roboyard.pybullet.state.physics_scene import PhysicsScene
+    from roboyard.sim.pool.lone_bodies import LoneBody
     from roboyard.sim.world import World
     from roboyard.transforms import Array
 
@@ -23,7 +24,7 @@ _CACHE_SIZE = 64
 _positions_of, _orientations_of = Struct("3d").iter_unpack, Struct("4d").iter_unpack
 
 
-def link_reader(world: World, record: BodyRecord) -> LinkReader:
+def link_reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
     """Return `read(link, with_velocity)` of a body's links; valid until MuJoCo's model is recompiled."""
     rows = record.rows
     data, rootid = world.live_data, world.live_model.body_rootid
@@ -117,7 +118,7 @@ class LinkBoxes:
 
     __slots__ = ("_box", "_boxes", "_frames", "_rows", "_world", "_xpos", "_xquat")
 
-    def __init__(self, world: World, record: BodyRecord) -> None:
+    def __init__(self, world: World | LoneBody, record: BodyRecord) -> None:
         """Prepare reading of the boxes of a body."""
         data, count = world.live_data, len(record.rows)
         self._world, self._xpos, self._xquat = world, data.xpos, data.xquat
@@ -193,7 +194,7 @@ class LinkGroup:
 
     __slots__ = ("_arrays", "_centres", "_frames", "_moving", "_parts", "_speeds", "_turns", "_world")
 
-    def __init__(self, world: World, record: BodyRecord, links: list[int]) -> None:
+    def __init__(self, world: World | LoneBody, record: BodyRecord, links: list[int]) -> None:
         """Prepare reading of `links` of a body."""
         data = world.live_data
         places = np.array([link + 1 for link in links], dtype=np.int64)
@@ -231,7 +232,7 @@ class LinkGroup:
         )  # fmt: skip
 
 
-def link_group(world: World, record: BodyRecord, links: list[int]) -> LinkGroup:
+def link_group(world: World | LoneBody, record: BodyRecord, links: list[int]) -> LinkGroup:
     """Return the group of these links, cached with the body."""
     if len(record.link_groups) > _CACHE_SIZE:
         record.link_groups.clear()

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import SceneBoxes
     from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.sim.body import Body
+    from roboyard.sim.pool.lone_bodies import LoneBody
     from roboyard.sim.stepping.shape_forms import ShapeForms
 
 HELD_INERTIA = 1e9
@@ -315,6 +316,26 @@ class PhysicsScene:
             world.ensure_compiled()
             record.refresh(world)
         return record
+
+    def readable(self, number: int, message: str) -> BodyRecord:
+        """Return the record of a body, whose joints and base are read or set: a new one may be alone.
+
+        Raises:
+            error: with `message`; the body does not exist.
+        """
+        record = self.bodies.get(number)
+        if record is None or self.alone(record) is None:
+            return self.ready(number, message)
+        return record
+
+    def alone(self, record: BodyRecord) -> LoneBody | None:
+        """Return a new body, with current indices in arrays of it alone; None where it is in the World."""
+        if not self.world.is_stale or record.sensors or record.soft is not None:
+            return None
+        lone = self.world.lone_body(record.body)
+        if lone is not None:
+            record.refresh_alone(lone)
+        return lone
 
     def unknown_body(self, number: object, message: str) -> Exception:
         """Return the error for a body id that does not exist."""
