@@ -344,7 +344,7 @@ class BodyRecord:
             self._look_up_base(body.free_qpos, body.free_dof)
 
     def refresh_alone(self, lone: LoneBody) -> None:
-        """Update the indices of this body, which the World is not compiled with yet, in arrays of it alone."""
+        """Update the indices of this body, which the World has no rows of yet, in arrays of it alone."""
         self.revision = _ALONE
         self.fixed_poses = None
         tree, data = lone.tree, lone.live_data
