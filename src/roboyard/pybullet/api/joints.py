@@ -261,6 +261,14 @@ def joint_of(client: Client, body: int, joint: int) -> BodyRecord:
     return _with_joint(client.scene.ready(body, OUT_OF_RANGE), joint)
 
 
+def known_joint_of(client: Client, body: int, joint: int) -> BodyRecord:
+    """Return the record of a body, as `joint_of`, without current indices while the World is not compiled."""
+    record = client.scene.bodies.get(body)
+    if record is None or not client.scene.world.is_stale:
+        return joint_of(client, body, joint)
+    return _with_joint(record, joint)
+
+
 def _settable(client: Client, body: int, joint: int) -> BodyRecord:
     """Return the record of a body whose joint is set, as `joint_of`; a new one may be alone."""
     return _with_joint(client.scene.readable(body, OUT_OF_RANGE), joint)

@@ -90,7 +90,7 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
 
     def push(link: int, local: int, numbers: tuple[Any, ...]) -> bool:
         if link >= 0 or free < 0:
-            if scene.frames_are_old:
+            if scene.frames_are_old or scene.frames_revision != world.revision:
                 scene.frames(fresh=True)
             elif world.is_moved:
                 world.kinematics()

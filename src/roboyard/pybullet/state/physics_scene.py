@@ -513,7 +513,8 @@ class PhysicsScene:
 
     def applied(self, record: BodyRecord, joint: int) -> Any:
         """Return the last torque (N m) or force (N) of a motor: one number, or three."""
-        if not record.motored[joint] or self.motor_revision != self.world.revision:
+        stepped = self.motor_revision
+        if not record.motored[joint] or not stepped == self.world.revision == record.revision:
             return record.applied[joint]
         forces = self.motor_forces()[record.velocities_of(joint)].tolist()
         return forces[0] if len(forces) == 1 else tuple(forces)
