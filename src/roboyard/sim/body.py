@@ -232,14 +232,15 @@ class Body:
 
     @property
     def placed(self) -> tuple[Array, Array] | None:
-        """`pose` (3,), (4,) of a body that the compiled model does not have yet; None for others."""
-        if self.mujoco_ids[0] > 0:
-            return None
-        form = self.form
+        """`pose` (3,), (4,) while a compile is awaited, which does not change it; None at other times."""
+        form, world = self.form, self.world
         if type(form) is PlannedBody:
             return form.position.copy(), from_wxyz(normalized(to_wxyz(form.quaternion)))
-        if self.built.is_ground:
+        if self.built.is_ground or (self.mujoco_ids[0] > 0 and not world.is_stale):
             return None
+        if self.free_qpos >= 0:
+            qpos = world.compiled_data.qpos[self.free_qpos : self.free_qpos + 7]
+            return qpos[:3].copy(), from_wxyz(qpos[3:])
         element = self.built.links[0].element
         return np.array(element.pos), from_wxyz(normalized(element.quat))
 
@@ -426,10 +427,10 @@ class Body:
     def take_state(self, lone: LoneBody) -> None:
         """Take over velocities and joint positions from this body alone, before the world had it."""
         firsts = [
-            free if free >= 0 else min((int(first) for first in others if first >= 0), default=0)
-            for free, others in ((self.free_qpos, self.qpos_addresses), (self.free_dof, self.dof_addresses))
+            min((int(row) for row in rows if row >= 0), default=0)
+            for rows in (self.qpos_addresses, self.dof_addresses)
         ]
-        lone.copy_to(self.world.live_data, *firsts)
+        lone.copy_to(self.world.live_data, self.free_dof, *firsts)
 
     @property
     def geom_rows(self) -> list[list[int]]:

@@ -320,6 +320,11 @@ class Engine(Generic[BodyT]):
             self.ensure_compiled()
         return self._data
 
+    @property
+    def compiled_data(self) -> Any:
+        """The MjData of the last compile, also while the next one is awaited, which takes its state over."""
+        return self._data
+
     def show_triangles(self) -> None:
         """Let rays and bounding boxes meet all triangles of concave meshes, from now on."""
         if not self.shows_triangles:
@@ -485,6 +490,8 @@ class Engine(Generic[BodyT]):
         """
         if not self.is_stale or self._compiles_there < MOST_COMPILES or self._compiled_at != self.time:
             return None
+        if body.mujoco_ids[0] > 0:
+            return None  # it has rows
         found, place, plan = self._lone.get(body.id), body.placed, body.plan_of_tree
         if place is None or plan is None:
             return None
@@ -505,7 +512,7 @@ class Engine(Generic[BodyT]):
         """Give bodies the state that they had alone, after a compile, and note its time."""
         for number, lone in self._lone.items():
             body = self.body_by_id.get(number)
-            if body is not None and body.plan_of_tree is not None:
+            if body is not None:
                 body.take_state(lone)
         self._lone.clear()
         now = self.time

@@ -56,7 +56,7 @@ class EngineBody(Protocol):
 
     @property
     def placed(self) -> tuple[Array, Array] | None:
-        """Position (3,) (m) and quaternion (4,) of a body that the compiled model does not have yet."""
+        """Position (3,) (m) and quaternion (4,) while a compile is awaited, which does not change them."""
         ...
 
     @property

@@ -88,7 +88,8 @@ def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Tr
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
         if record is not None and record.soft is None and (placed := record.body.placed) is not None:
-            return _as_reported(*placed, record.base_frame)
+            position, orientation = placed
+            return _as_reported(position.tolist(), orientation.tolist(), record.base_frame)
         record = scene.ready(bodyUniqueId, "GetBasePositionAndOrientation failed.")
     if record.base_is_plain and record.free is not None:
         x, y, z, qw, qx, qy, qz = record.free.tolist()

@@ -138,7 +138,8 @@ def getAABB(
         raise failure("getAABB failed; invalid linkIndex", f"links start at -1, got {linkIndex}")
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
-        record = scene.readable(bodyUniqueId, "getAABB failed.")
+        if record is None or scene.alone(record) is None:
+            record = scene.ready(bodyUniqueId, "getAABB failed.")
     if linkIndex >= record.joint_count:
         raise failure("getAABB failed.", f"body {bodyUniqueId} has no link {linkIndex}")
     if record.soft is not None:

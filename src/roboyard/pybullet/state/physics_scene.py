@@ -318,15 +318,18 @@ class PhysicsScene:
         return record
 
     def readable(self, number: int, message: str) -> BodyRecord:
-        """Return the record of a body, whose joints and base are read or set: a new one may be alone.
+        """Return the record of a body, whose joints and base alone are read or set.
+
+        It needs no compile: a new body may be alone, and others have their rows until the next compile.
 
         Raises:
             error: with `message`; the body does not exist.
         """
-        record = self.bodies.get(number)
-        if record is None or self.alone(record) is None:
+        record, world = self.bodies.get(number), self.world
+        if record is None or not world.is_stale or record.sensors or record.soft is not None:
             return self.ready(number, message)
-        return record
+        has_rows = record.revision == world.revision and record.body.mujoco_ids[0] > 0
+        return record if has_rows or self.alone(record) is not None else self.ready(number, message)
 
     def alone(self, record: BodyRecord) -> LoneBody | None:
         """Return a new body, with current indices in arrays of it alone; None where it is in the World."""

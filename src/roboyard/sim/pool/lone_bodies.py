@@ -84,18 +84,21 @@ class LoneBody:
         mujoco.mj_fwdVelocity(self.live_model, data)
         return data
 
-    def copy_to(self, data: Any, position: int, velocity: int) -> None:
+    def copy_to(self, data: Any, base: int, positions: int, velocities: int) -> None:
         """Copy positions of joints and all velocities into the MjData of a world that has the body.
 
         Args:
             data: it; the place of the base in it stays.
-            position: first place of the body in qpos.
-            velocity: first place of the body in qvel.
+            base: first place of a free base in qvel.
+            positions: first place of the joints in qpos.
+            velocities: first place of the joints in qvel.
         """
-        base, own = 7 if self.tree.is_free else 0, self.live_data
-        count, dofs = len(own.qpos), len(own.qvel)
-        data.qpos[position + base : position + count] = own.qpos[base:]
-        data.qvel[velocity : velocity + dofs] = own.qvel
+        qpos, qvel = self.live_data.qpos, self.live_data.qvel
+        if self.tree.is_free:
+            data.qvel[base : base + 6] = qvel[:6]
+            qpos, qvel = qpos[7:], qvel[6:]
+        data.qpos[positions : positions + len(qpos)] = qpos
+        data.qvel[velocities : velocities + len(qvel)] = qvel
 
 
 def lone_body(plan: PlannedBody) -> LoneBody | None:
