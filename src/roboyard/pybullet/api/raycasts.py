@@ -137,9 +137,9 @@ def getAABB(
     if whole(linkIndex) < -1:
         raise failure("getAABB failed; invalid linkIndex", f"links start at -1, got {linkIndex}")
     record = scene.bodies.get(bodyUniqueId)
-    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
-        if record is None or scene.alone(record) is None:
-            record = scene.ready(bodyUniqueId, "getAABB failed.")
+    is_known = record is not None and record.revision == scene.world.revision and not scene.world.is_stale
+    if record is None or not (is_known or scene.alone(record)):
+        record = scene.ready(bodyUniqueId, "getAABB failed.")
     if linkIndex >= record.joint_count:
         raise failure("getAABB failed.", f"body {bodyUniqueId} has no link {linkIndex}")
     if record.soft is not None:
