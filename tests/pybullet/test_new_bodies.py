@@ -125,6 +125,28 @@ def _state(body: int) -> list[Any]:
     return [*found, *(part for state in links for part in state), *p.getJointState(body, 0)[:2]]
 
 
+def test_bodies_that_were_compiled_are_read_while_a_new_one_awaits_it(
+    arm: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    old = p.loadURDF(arm, [0, 0, 1], useFixedBase=True)
+    p.resetJointState(old, 0, math.pi / 2)
+    p.getAABB(old, 1)
+    assert p.getLinkState(old, 1, computeForwardKinematics=1)[4] == pytest.approx((-1, 0, 1), abs=1e-6)
+    p.stepSimulation()
+    p.getLinkState(old, 1)
+    compiles = _compiles(monkeypatch)
+    p.loadURDF(arm, [9, 0, 0])
+    p.resetJointState(old, 0, 0.0)
+    assert p.getLinkState(old, 1)[4] == pytest.approx((1, 2, 1), abs=1e-6)
+    lower, upper = p.getAABB(old, 1)
+    assert [(a + b) / 2 for a, b in zip(lower, upper, strict=True)] == pytest.approx((1, 2, 1), abs=1e-6)
+    assert not compiles
+    p.resetBasePositionAndOrientation(old, [5, 0, 1], [0, 0, 0, 1])
+    assert p.getLinkState(old, 1)[4] == pytest.approx((6, 2, 1), abs=1e-6)
+    p.stepSimulation()
+    assert p.getJointState(old, 0)[0] == pytest.approx(0, abs=1e-6)
+
+
 def test_a_new_pose_ends_the_velocity_that_a_new_body_got(arm: str) -> None:
     for _ in range(COUNT):
         body = p.loadURDF(arm)

@@ -305,8 +305,8 @@ def save_and_restore(bodies: Bodies, episode: int) -> None:
 
 EDITS = [
     change_dynamics, change_some_dynamics, change_mass_by_machine_code, free_a_base, reset_joints, move_bases,
-    set_motors, constrain, constrain_links, change_settings, filter_collisions, filter_in_between, color, limit, add_another,
-    remove_the_ball, push, save_and_restore,
+    set_motors, constrain, constrain_links, change_settings, filter_collisions, filter_in_between, color,
+    limit, add_another, remove_the_ball, push, save_and_restore,
 ]  # fmt: skip
 
 

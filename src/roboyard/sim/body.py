@@ -301,6 +301,8 @@ class Body:
             if wxyz is not None:
                 world.live_model.body_quat[row] = wxyz
             world.mark_fixed_moved()
+        else:
+            world.is_outdated = True
 
     def free_base(self) -> None:
         """Free a fixed base, which then moves from its present pose, at rest, with its link's mass.

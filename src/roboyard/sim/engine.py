@@ -91,6 +91,8 @@ class Engine(Generic[BodyT]):
         """Called before rows of MuJoCo's arrays change, while these still hold the last step."""
         self.is_moved = True
         """Whether positions were written since body frames were computed."""
+        self.is_outdated = False
+        """Whether a fixed body was moved in the spec alone since the last compile."""
         self._centres_moved = True
         """Whether body frames were computed since what is computed of them."""
         self._velocity_moved = True
@@ -515,6 +517,7 @@ class Engine(Generic[BodyT]):
             if body is not None:
                 body.take_state(lone)
         self._lone.clear()
+        self.is_outdated = False
         now = self.time
         self._compiles_there = self._compiles_there + 1 if now == self._compiled_at else 1
         self._compiled_at = now
@@ -716,6 +719,19 @@ class Engine(Generic[BodyT]):
         """
         if self.is_stale:
             self.ensure_compiled()
+        return self._frames_so_far(keeps_last=keeps_last)
+
+    def awaited_frames(self) -> Any:
+        """Return the MjData of the last compile, whose frames agree with its qpos, while the next is awaited.
+
+        None where a fixed body was moved meanwhile.
+        """
+        if not self.is_stale or self._model is None or self.is_outdated:
+            return None
+        self.kept_frames = None
+        return self._frames_so_far(keeps_last=False)
+
+    def _frames_so_far(self, *, keeps_last: bool) -> Any:
         if self.is_moved:
             if keeps_last and self.keeps_frames and self.kept_frames is None:
                 self.kept_frames = self._data.xpos.copy(), self._data.xquat.copy()

@@ -55,6 +55,10 @@ def getLinkState(
             lone.kinematics()
             is_there = linkIndex < record.joint_count
             return _reader(lone, record)(linkIndex, computeLinkVelocity) if is_there else None
+        if record is not None and linkIndex < record.joint_count and not computeLinkVelocity:
+            read = record.link_reader
+            if read is not None and scene.has_awaited_frames(record):
+                return read(linkIndex, 0)
         record = _existing(scene, bodyUniqueId)
     if linkIndex >= record.joint_count:
         return None

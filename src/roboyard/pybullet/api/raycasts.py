@@ -139,6 +139,9 @@ def getAABB(
     record = scene.bodies.get(bodyUniqueId)
     is_known = record is not None and record.revision == scene.world.revision and not scene.world.is_stale
     if record is None or not (is_known or scene.alone(record)):
+        boxes = None if record is None or linkIndex >= record.joint_count else record.link_boxes
+        if record is not None and boxes is not None and scene.has_awaited_frames(record):
+            return boxes.read_last(linkIndex)
         record = scene.ready(bodyUniqueId, "getAABB failed.")
     if linkIndex >= record.joint_count:
         raise failure("getAABB failed.", f"body {bodyUniqueId} has no link {linkIndex}")

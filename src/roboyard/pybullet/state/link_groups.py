@@ -141,6 +141,10 @@ class LinkBoxes:
     def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the two (3,) corners of a link's box in the world (m); -1 for the base."""
         self._world.kinematics()
+        return self.read_last(link)
+
+    def read_last(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return what `read` does, with the frames that were computed last."""
         place, box = link + 1, self._box
         kernels.link_box(
             self._xpos, self._xquat, self._frames, self._boxes, int(self._rows[place]), place, box

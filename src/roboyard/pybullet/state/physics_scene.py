@@ -340,6 +340,20 @@ class PhysicsScene:
             record.refresh_alone(lone)
         return lone
 
+    def has_awaited_frames(self, record: BodyRecord) -> bool:
+        """Compute the link frames of a body that a compile is awaited for but does not move.
+
+        Returns:
+            Whether the World's arrays have them now.
+        """
+        world = self.world
+        if not world.is_stale or record.revision != world.revision or record.body.mujoco_ids[0] <= 0:
+            return False
+        if record.soft is not None or world.awaited_frames() is None:
+            return False
+        self.single_reads, self.frames_are_old, self.frames_revision = 0, False, world.revision
+        return True
+
     def unknown_body(self, number: object, message: str) -> Exception:
         """Return the error for a body id that does not exist."""
         if not hasattr(number, "__index__"):

@@ -341,9 +341,8 @@ class Constraints:
                 element.active = False
 
     def key(self) -> tuple[tuple[int, str], ...] | None:
-        """Return ids and sizes of all constraints that the next compile has; None with gears or inactive ones.
-
-        Those are included that other layers have not added yet.
+        """Return ids and sizes of all constraints that the next compile has, also of those that other layers
+        have not added yet; None with gears or inactive ones.
         """
         if self.before_entering is not None:
             self.before_entering()
