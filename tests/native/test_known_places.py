@@ -171,3 +171,25 @@ def test_loops_whose_constants_depend_on_more_than_sources_are_loaded_with_their
         ("2.0", "[0.0, 4.0, 8.0]"),
     ):
         assert run(tmp_path, RUN_CLOSED, SIZE=size).startswith(f"{wanted} True")
+
+
+def test_what_is_imported_for_types_or_in_functions_decides_no_constant(tmp_path: Path) -> None:
+    package(tmp_path, CLOSED)
+    (tmp_path / "pair" / "parts.py").write_text(
+        "from typing import TYPE_CHECKING\n"
+        "if TYPE_CHECKING:\n    from pair.missing import Shape\n"
+        "def shape():\n    import pair.missing\n    import functools\n" + PARTS
+    )
+    seen = [run(tmp_path, RUN_CLOSED) for _ in range(3)]
+    assert seen[-1] == "[0.0, 0.25, 0.5] False False halve", seen
+
+
+def test_the_loop_of_a_step_is_loaded_without_its_modules() -> None:
+    """Its sources import no other package, and nothing of this one that depends on the machine."""
+    program = (
+        "import roboyard.sim.stepping.impulses.order as order\n"
+        "from roboyard.native.known_places import _closed_sources\n"
+        "print(order.__file__ in _closed_sources(order.__name__))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True"
