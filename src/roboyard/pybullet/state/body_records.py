@@ -217,7 +217,7 @@ class BodyRecord:
         """Quaternion of the inertial frame of a fixed base and its (3, 3) rotation, once it was asked for."""
         self.revision = -1
         self._data: Any = None
-        """MjData whose arrays are looked up."""
+        """MjData, or the body alone, whose arrays are looked up."""
         self.link_reader: LinkReader | None = None
         self.moved_link_reader: MovedLinkReader | None = None
         """Reads a link's state; created on first use."""
@@ -351,9 +351,9 @@ class BodyRecord:
         """Update the indices of this body, which the World has no rows of yet, in arrays of it alone."""
         self.revision = _ALONE
         self.fixed_poses = None
-        tree, data = lone.tree, lone.live_data
-        if self._data is not data:
-            self._look_up(data, tree.rows, tree.positions, tree.velocities)
+        tree = lone.tree
+        if self._data is not lone:
+            self._look_up(lone, tree.rows, tree.positions, tree.velocities)
             self._look_up_base(*(0, 0) if tree.is_free else (-1, -1))
 
     def _look_up(

@@ -34,6 +34,8 @@ class LoneTree:
 
     description: RobotDescription
     model: Any
+    data: Any
+    """MjData in which the states of all these bodies are computed, one after another."""
     rows: list[int]
     """MuJoCo's row of each link."""
     positions: list[int]
@@ -57,8 +59,9 @@ class LoneBody:
     def __init__(self, tree: LoneTree) -> None:
         """Begin at rest, with all joints at 0."""
         self.tree = tree
-        self.live_model = tree.model
-        self.live_data = mujoco.MjData(tree.model)
+        self.live_model, self.live_data = tree.model, tree.data
+        self.qpos: Array = tree.model.qpos0.copy()
+        self.qvel: Array = np.zeros(tree.model.nv)
         self.prepared: dict[str, dict[int, Any]] = {}
         """Machine code reads the states of compiled bodies only."""
         self._place: tuple[Array, Array] = _NOWHERE, np.array([1.0, 0.0, 0.0, 0.0])
@@ -67,11 +70,12 @@ class LoneBody:
         """Put the root link's frame at a position (3,) (m) and quaternion (4,) x, y, z, w in the world."""
         self._place = position, to_wxyz(quaternion)
         if self.tree.is_free:
-            self.live_data.qpos[:3], self.live_data.qpos[3:7] = self._place
+            self.qpos[:3], self.qpos[3:7] = self._place
 
     def kinematics(self) -> Any:
-        """Return the MjData with positions that agree with qpos."""
+        """Return the MjData with positions that agree with qpos, until those of another body are computed."""
         model, data = self.live_model, self.live_data
+        data.qpos[:], data.qvel[:] = self.qpos, self.qvel
         if not self.tree.is_free:
             model.body_pos[1], model.body_quat[1] = self._place
         mujoco.mj_kinematics(model, data)
@@ -93,7 +97,7 @@ class LoneBody:
             positions: first place of the joints in qpos.
             velocities: first place of the joints in qvel.
         """
-        qpos, qvel = self.live_data.qpos, self.live_data.qvel
+        qpos, qvel = self.qpos, self.qvel
         if self.tree.is_free:
             data.qvel[base : base + 6] = qvel[:6]
             qpos, qvel = qpos[7:], qvel[6:]
@@ -132,6 +136,7 @@ def _compile(plan: PlannedBody) -> LoneTree | None:
     return LoneTree(
         description=plan.description,
         model=model,
+        data=mujoco.MjData(model),
         rows=rows,
         positions=[int(model.jnt_qposadr[joint]) if joint >= 0 else -1 for joint in first],
         velocities=[int(model.jnt_dofadr[joint]) if joint >= 0 else -1 for joint in first],
