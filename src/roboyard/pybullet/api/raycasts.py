@@ -137,11 +137,10 @@ def getAABB(
     if whole(linkIndex) < -1:
         raise failure("getAABB failed; invalid linkIndex", f"links start at -1, got {linkIndex}")
     record = scene.bodies.get(bodyUniqueId)
-    is_known = record is not None and record.revision == scene.world.revision and not scene.world.is_stale
-    if record is None or not (is_known or scene.alone(record)):
-        boxes = None if record is None or linkIndex >= record.joint_count else record.link_boxes
-        if record is not None and boxes is not None and scene.has_awaited_frames(record):
-            return boxes.read_last(linkIndex)
+    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        boxes = None if record is None else _awaiting_boxes(scene, record, linkIndex)
+        if boxes is not None:
+            return boxes.read(linkIndex)
         record = scene.ready(bodyUniqueId, "getAABB failed.")
     if linkIndex >= record.joint_count:
         raise failure("getAABB failed.", f"body {bodyUniqueId} has no link {linkIndex}")
@@ -186,12 +185,25 @@ def _all_boxes(scene: PhysicsScene) -> tuple[int, SceneBoxes]:
     return found
 
 
+def _awaiting_boxes(scene: PhysicsScene, record: BodyRecord, link: int) -> LinkBoxes | None:
+    """Return the boxes around a body's links while a compile is awaited; None where that has to be now."""
+    lone = scene.alone(record)
+    if link >= record.joint_count or (lone is None and not scene.has_awaited_frames(record)):
+        return None
+    from roboyard.pybullet.state.link_groups import AwaitingBoxes
+
+    if lone is None:
+        return AwaitingBoxes(record, scene.world.awaited_frames)
+    if record.link_boxes is None:
+        record.link_boxes = AwaitingBoxes(record, lone.kinematics)
+    return record.link_boxes
+
+
 def _boxes(scene: PhysicsScene, record: BodyRecord) -> LinkBoxes:
     """Return the boxes around a body's links, which the record keeps."""
     from roboyard.pybullet.state import link_groups
 
-    world = scene.alone(record) or scene.world
-    found = record.link_boxes = link_groups.LinkBoxes(world, record)
+    found = record.link_boxes = link_groups.LinkBoxes(scene.world, record)
     return found
 
 

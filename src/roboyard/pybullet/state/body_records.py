@@ -105,10 +105,6 @@ class LinkBoxes(Protocol):
         """Return the two (3,) corners of a link's box (m)."""
         ...
 
-    def read_last(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return what `read` does, with the frames that were computed last."""
-        ...
-
 
 class SceneBoxes(Protocol):
     """Boxes around the shapes of all links of a scene."""

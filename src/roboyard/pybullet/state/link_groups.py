@@ -10,7 +10,7 @@ import numpy as np
 import roboyard.pybullet.state.state_kernels as kernels
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from roboyard.pybullet.face.arguments import Vector3
     from roboyard.pybullet.state.body_records import BodyRecord, LinkPusher, LinkReader, MovedLinkReader
@@ -118,7 +118,7 @@ class LinkBoxes:
 
     __slots__ = ("_box", "_boxes", "_frames", "_rows", "_world", "_xpos", "_xquat")
 
-    def __init__(self, world: World | LoneBody, record: BodyRecord) -> None:
+    def __init__(self, world: World, record: BodyRecord) -> None:
         """Prepare reading of the boxes of a body."""
         data, count = world.live_data, len(record.rows)
         self._world, self._xpos, self._xquat = world, data.xpos, data.xquat
@@ -141,10 +141,6 @@ class LinkBoxes:
     def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the two (3,) corners of a link's box in the world (m); -1 for the base."""
         self._world.kinematics()
-        return self.read_last(link)
-
-    def read_last(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return what `read` does, with the frames that were computed last."""
         place, box = link + 1, self._box
         kernels.link_box(
             self._xpos, self._xquat, self._frames, self._boxes, int(self._rows[place]), place, box
@@ -247,3 +243,32 @@ def link_group(world: World | LoneBody, record: BodyRecord, links: list[int]) ->
 def _inertial_frames(record: BodyRecord) -> np.ndarray:
     """Return (n, 7) position (m) and quaternion of each link's inertial frame in its link frame."""
     return np.array([(*link.frame.position, *link.frame.quaternion) for link in record.links])
+
+
+class AwaitingBoxes:
+    """Boxes around the shapes of one body's links while a compile is awaited."""
+
+    __slots__ = ("_boxes", "_found", "_frames", "_rows", "_update")
+
+    def __init__(self, record: BodyRecord, update: Callable[[], Any]) -> None:
+        """Prepare reading of the boxes of a body; `update` returns the MjData with its present frames."""
+        self._frames, self._rows = _inertial_frames(record), np.array(record.rows, dtype=np.int64)
+        self._update, self._found = update, np.zeros(6)
+        self._boxes = np.zeros((len(record.rows), 8))
+        for place, link in enumerate(record.model.links):
+            bounds, margin = record.bounds(place - 1)
+            kind = {"sphere": 1.0, "plane": 2.0}.get(bounds.kind, 0.0)
+            self._boxes[place] = *bounds.grown(margin).reshape(-1), kind, bool(link.collisions)
+
+    @property
+    def arrays(self) -> tuple[Array, Array, np.ndarray]:
+        """(n, 7) inertial frames in link frames, (n, 8) boxes in these, and (n,) MuJoCo's rows of links."""
+        return self._frames, self._boxes, self._rows
+
+    def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the two (3,) corners of a link's box in the world (m); -1 for the base."""
+        data, place, box = self._update(), link + 1, self._found
+        row = int(self._rows[place])
+        kernels.link_box(data.xpos, data.xquat, self._frames, self._boxes, row, place, box)
+        a, b, c, d, e, f = box.tolist()
+        return (a, b, c), (d, e, f)

@@ -88,6 +88,9 @@ class LoneBody:
         mujoco.mj_fwdVelocity(self.live_model, data)
         return data
 
+    link_velocities = velocities
+    """The same: all links are this body's."""
+
     def copy_to(self, data: Any, base: int, positions: int, velocities: int) -> None:
         """Copy positions of joints and all velocities into the MjData of a world that has the body.
 
