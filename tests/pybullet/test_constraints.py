@@ -199,38 +199,3 @@ def test_a_state_is_restored_though_constraints_came_and_went(client: int) -> No
     assert fall()[2] < 0.9999, "and does not come back"
     p.restoreState(free)
     assert fall() == pytest.approx(fallen, abs=1e-12)
-
-
-def test_a_gear_that_changes_keeps_its_place_in_the_order_of_solution(client: int) -> None:
-    """PyBullet's numbers: two gears of one chain, the first of which is changed twice."""
-    count, box = 4, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.05, 0.05])
-    chain = p.createMultiBody(
-        0,
-        box,
-        linkMasses=[1] * count,
-        linkCollisionShapeIndices=[box] * count,
-        linkVisualShapeIndices=[-1] * count,
-        linkPositions=[[0.3, 0, 0]] * count,
-        linkOrientations=[[0, 0, 0, 1]] * count,
-        linkInertialFramePositions=[[0.1, 0, 0]] * count,
-        linkInertialFrameOrientations=[[0, 0, 0, 1]] * count,
-        linkParentIndices=list(range(count)),
-        linkJointTypes=[p.JOINT_REVOLUTE] * count,
-        linkJointAxis=[[0, 0, 1]] * count,
-    )
-    for joint in range(count):
-        p.setJointMotorControl2(chain, joint, p.VELOCITY_CONTROL, force=0)
-        p.resetJointState(chain, joint, 0.1 * joint, 0.5 - 0.4 * joint)
-    zero = [0, 0, 0]
-    gears = [p.createConstraint(chain, j, chain, j + 1, p.JOINT_GEAR, [0, 0, 1], zero, zero) for j in (0, 1)]
-    for gear in gears:
-        p.changeConstraint(gear, gearRatio=-1, maxForce=2)
-    for step in range(24):
-        if step == 8:
-            p.changeConstraint(gears[0], gearRatio=2, maxForce=1.5)
-        if step == 16:
-            p.changeConstraint(gears[0], gearRatio=0.5, erp=0.2, relativePositionTarget=0.3)
-        p.stepSimulation()
-    found = [number for joint in range(count) for number in p.getJointState(chain, joint)[:2]]
-    expected = [0.0551361, 0.8485678, 0.0897772, -0.4877492, 0.1891846, -0.4879468, 0.2333549, 0.356762]
-    assert found == pytest.approx(expected, abs=1e-5)

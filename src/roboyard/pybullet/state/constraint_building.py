@@ -55,23 +55,24 @@ def build(scene: ConstraintScene, record: ConstraintRecord) -> None:
         RoboyardError: a link or joint does not exist, or the type is not supported.
     """
     constraints = scene.world.constraints
+    remove(scene, record)
     bound = record.max_force
     if not record.is_bounded:  # Bullet takes the number as the impulse of a step then
         bound /= scene.world.timestep
     if record.kind == c.JOINT_GEAR:
-        aux_link, ratio, made = record.gear_aux_link, record.gear_ratio or 1.0, record.made
-        joints = _joint(scene, record.parent), _joint(scene, record.child)
-        if made is not None and made.tendon is None and aux_link is None:
-            constraints.change_gear(made, joints, ratio, bound, record.erp)
-        else:
-            remove(scene, record)
-            aux = None if aux_link is None else _joint(scene, (record.parent[0], aux_link))
-            made = record.made = constraints.add_gear(*joints, ratio, against=aux, max_force=bound)
-            made.share = record.erp
+        aux_link, ratio = record.gear_aux_link, record.gear_ratio or 1.0
+        aux = None if aux_link is None else _joint(scene, (record.parent[0], aux_link))
+        record.made = constraints.add_gear(
+            _joint(scene, record.parent),
+            _joint(scene, record.child),
+            ratio,
+            against=aux,
+            max_force=bound,
+        )
+        record.made.share = record.erp
         if record.erp != 0.0:
-            constraints.set_gear(made, ratio, record.relative_position_target)
+            constraints.set_gear(record.made, ratio, record.relative_position_target)
         return
-    remove(scene, record)
     link_a = _link(scene, record.parent)
     link_b = None if record.child[0] == WORLD else _link(scene, record.child)
     position_a, orientation_a = parent_frame(scene, record)

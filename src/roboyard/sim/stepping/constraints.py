@@ -545,29 +545,6 @@ class Constraints:
         if self._world.takes_numbers():
             self._world.live_model.eq_data[constraint.element.id, :2] = data[:2]
 
-    def change_gear(
-        self,
-        constraint: Constraint,
-        joints: tuple[Joint, Joint],
-        ratio: float,
-        max_force: float,
-        share: float,
-    ) -> None:
-        """Couple the joints of a gear of two otherwise from now on; it keeps its place among constraints.
-
-        Args:
-            constraint: the gear.
-            joints: it couples.
-            ratio: v_a + ratio v_b = 0.
-            max_force: bound (N or N m).
-            share: of the error that is reduced; see `Constraint`.
-        """
-        self.set_gear(constraint, ratio, joints[0].position + ratio * joints[1].position)
-        self.set_max_force(constraint, max_force)
-        if constraint.share != share:
-            constraint.share = share
-            self._world.constraints_changed()
-
     def set_max_force(self, constraint: Constraint, max_force: float) -> None:
         """Set the force bound of each row (N or N m).
 
