@@ -170,6 +170,18 @@ def test_a_world_that_is_read_between_loads_is_taken_over_at_each_compile(
     assert taken == [3, 4, 5] * (EPISODES - 3)
 
 
+def test_a_world_with_constraints_is_taken_over(client: int, files: Path, taken: list[int]) -> None:
+    """Those of the start are in its first compile, later ones in another."""
+    for episode in range(EPISODES):
+        p.resetSimulation()
+        bodies = build(files, episode)
+        p.createConstraint(bodies["box"], -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 0.3])
+        p.stepSimulation()
+        p.createConstraint(bodies["ball"], -1, -1, -1, p.JOINT_POINT2POINT, [0, 0, 0], [0, 0, 0], [0, 0, 1])
+        p.stepSimulation()
+    assert taken == [5, 5] * (EPISODES - 3)
+
+
 def change_dynamics(bodies: Bodies, episode: int) -> None:
     p.changeDynamics(bodies["box"], -1, lateralFriction=0.2 + 0.1 * episode, restitution=0.4)
     p.changeDynamics(bodies["arm"], 1, mass=0.4 + 0.1 * episode, linearDamping=0.1)
@@ -229,6 +241,17 @@ def constrain(bodies: Bodies, episode: int) -> None:
         )
 
 
+def constrain_links(bodies: Bodies, episode: int) -> None:
+    """Create the same constraints at other places, of which one ends."""
+    kinds, ids = (p.JOINT_POINT2POINT, p.JOINT_FIXED, p.JOINT_PRISMATIC), []
+    for k, kind in enumerate(kinds):
+        pivots = [0, 0, 0.01 * episode], [0, 0.05, 0.1]
+        ids.append(p.createConstraint(bodies["free"], k - 1, bodies["box"], -1, kind, [0, 0, 1], *pivots))
+    p.changeConstraint(ids[0], maxForce=5.0 + episode)
+    p.stepSimulation()
+    p.removeConstraint(ids[1])
+
+
 def change_settings(bodies: Bodies, episode: int) -> None:
     del bodies
     p.setGravity(0, 0.1 * episode, -5)
@@ -282,8 +305,8 @@ def save_and_restore(bodies: Bodies, episode: int) -> None:
 
 EDITS = [
     change_dynamics, change_some_dynamics, change_mass_by_machine_code, free_a_base, reset_joints, move_bases,
-    set_motors, constrain, change_settings, filter_collisions, filter_in_between, color, limit, add_another,
-    remove_the_ball, push, save_and_restore,
+    set_motors, constrain, constrain_links, change_settings, filter_collisions, filter_in_between, color,
+    limit, add_another, remove_the_ball, push, save_and_restore,
 ]  # fmt: skip
 
 

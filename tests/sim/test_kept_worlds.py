@@ -138,6 +138,35 @@ def test_a_world_that_is_taken_over_has_the_numbers_of_a_compile(moves: bool, fi
     assert kept[-3] is kept[-2] is kept[-1]
 
 
+def test_a_world_with_constraints_is_that_of_a_compile() -> None:
+    former, kept = None, []
+
+    def constrained(made: World, at: np.ndarray, pivot: float) -> World:
+        box = made.add_description(BOX, at[0, :3], drives=False)
+        made.constraints.add_point(box.links[0], None, position_b=(0, 0, pivot))
+        arms = [made.add_description(ARM, place[:3], place[3:], drives=False) for place in at[1:3]]
+        made.constraints.add_weld(arms[0].links[0], arms[1].links[1], max_force=5.0 + pivot)
+        made.ensure_compiled()
+        return made
+
+    for episode in range(5):
+        at = places(0)
+        made = constrained(world(former), at, episode)
+        fresh = constrained(World(profile=BULLET, visual_geoms=False), at, episode)
+        assert differing(made.live_model, fresh.live_model) == []
+        for _ in range(4):
+            made.step()
+            fresh.step()
+        names = {*differing(made.live_data, fresh.live_data)}
+        assert names.isdisjoint(("qpos", "qvel", "qacc", "qfrc_constraint", "eq_active", "site_xpos"))
+        kept.append(made.live_model)
+        made.constraints.remove(made.constraints.all[0])
+        made.step()
+        former = made.retire()
+        made.release()
+    assert kept[-2] is kept[-1]
+
+
 def test_a_changed_spec_is_not_taken_over() -> None:
     for change in (
         lambda made: made.spec,
@@ -150,7 +179,7 @@ def test_a_changed_spec_is_not_taken_over() -> None:
         lambda made: setattr(made.bodies[1].joint("one"), "armature", 0.3),
         lambda made: made.bodies[0].links[0].set_frictionless(),
         lambda made: made.bodies[0].links[0].set_inertial(Inertial(mass=2.0, inertia=(1, 0, 0, 1, 0, 1))),
-        lambda made: made.constraints.add_point(made.bodies[0].links[0], None),
+        lambda made: made.constraints.add_gear(*(made.bodies[k].joint("one") for k in (1, 2)), 1.0),
         lambda made: made.bodies[0].links[0].flatten_spheres(0.1),
     ):
         made = fill(world(), places(0))

@@ -25,6 +25,9 @@ from roboyard.native.processor import processor
 from roboyard.native.signatures import Bundle, Record
 
 if TYPE_CHECKING:
+    import ast
+    from collections.abc import Iterator
+
     from roboyard.native.memory import StoredImage
 
 _HEAD = f"roboyard 4 {np.__version__} {getattr(sys, 'abiflags', '')}"
@@ -133,7 +136,7 @@ def _closed_key(module: str, name: str) -> str:
 
 
 def _closed_sources(module: str) -> list[str]:
-    """Return the files of a module and of all of its package that it imports.
+    """Return the files of a module and of all of its package that are imported with it.
 
     None are returned where one of them imports others than Python's library, NumPy and this package, or
     parts of this package that depend on the machine or on other libraries.
@@ -153,7 +156,7 @@ def _closed_sources(module: str) -> list[str]:
         files[name] = file
         with open(file, "rb") as source:  # noqa: PTH123
             tree = ast.parse(source.read())
-        for node in _nodes_that_run(tree):
+        for node in _executed(tree):
             names = [one.name for one in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom):
                 home = node.module or ""
@@ -168,15 +171,20 @@ def _closed_sources(module: str) -> list[str]:
     return sorted(files.values())
 
 
-def _nodes_that_run(tree: Any) -> list[Any]:
-    """Return the nodes of a module but for those under `if TYPE_CHECKING`."""
+def _executed(tree: ast.Module) -> Iterator[ast.AST]:
+    """Yield the statements of a module that are executed when it is imported, those for types excepted."""
     import ast
 
-    nodes = [tree]
-    for node in nodes:
-        for_types = isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING"
-        nodes += node.orelse if for_types else ast.iter_child_nodes(node)
-    return nodes
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            continue
+        yield node
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
+            waiting += node.orelse
+        else:
+            waiting += ast.iter_child_nodes(node)
 
 
 def _key(function: FunctionType, signature: Any) -> str:

@@ -20,6 +20,7 @@ from roboyard.sim.build.records import Built
 from roboyard.sim.engine import Engine
 from roboyard.sim.joint import POSITION_SIZE, VELOCITY_SIZE, Joint
 from roboyard.sim.link import Link
+from roboyard.sim.pool.lone_bodies import LoneBody
 from roboyard.transforms import Array, from_wxyz, normalized, rotate, to_wxyz
 
 
@@ -231,14 +232,15 @@ class Body:
 
     @property
     def placed(self) -> tuple[Array, Array] | None:
-        """`pose` (3,), (4,) of a body that the compiled model does not have yet; None for others."""
-        if self.mujoco_ids[0] > 0:
-            return None
-        form = self.form
+        """`pose` (3,), (4,) while a compile is awaited, which does not change it; None at other times."""
+        form, world = self.form, self.world
         if type(form) is PlannedBody:
             return form.position.copy(), from_wxyz(normalized(to_wxyz(form.quaternion)))
-        if self.built.is_ground:
+        if self.built.is_ground or (self.mujoco_ids[0] > 0 and not world.is_stale):
             return None
+        if self.free_qpos >= 0:
+            qpos = world.compiled_data.qpos[self.free_qpos : self.free_qpos + 7]
+            return qpos[:3].copy(), from_wxyz(qpos[3:])
         element = self.built.links[0].element
         return np.array(element.pos), from_wxyz(normalized(element.quat))
 
@@ -299,6 +301,8 @@ class Body:
             if wxyz is not None:
                 world.live_model.body_quat[row] = wxyz
             world.mark_fixed_moved()
+        else:
+            world.is_outdated = True
 
     def free_base(self) -> None:
         """Free a fixed base, which then moves from its present pose, at rest, with its link's mass.
@@ -419,6 +423,20 @@ class Body:
     def take_over(self, plan: PlannedBody, built: Built) -> None:
         """Let the elements be those of another body that was built of such a plan."""
         self._plan, self.form, self._plan_edits = plan, built, self.world.element_edits
+
+    @property
+    def plan_of_tree(self) -> PlannedBody | None:
+        """The plan that links and joints agree with; None where there is none, or the base was freed."""
+        plan = self.form if type(self.form) is PlannedBody else self._plan
+        return plan if plan is not None and plan.options.fixed_base == self.is_fixed else None
+
+    def take_state(self, lone: LoneBody) -> None:
+        """Take over velocities and joint positions from this body alone, before the world had it."""
+        firsts = [
+            min((int(row) for row in rows if row >= 0), default=0)
+            for rows in (self.qpos_addresses, self.dof_addresses)
+        ]
+        lone.copy_to(self.world.live_data, self.free_dof, *firsts)
 
     @property
     def geom_rows(self) -> list[list[int]]:

@@ -23,6 +23,7 @@ from roboyard.sim.discarded_worlds import WORLDS
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
 from roboyard.sim.pool.kept_worlds import CompileKey, Compiles, FormerWorld, KeptWorld, keep
+from roboyard.sim.pool.lone_bodies import LoneBody, lone_body
 from roboyard.sim.protocols import EngineBody, JointDrives, LinkSurfaces, LinkWrenches
 from roboyard.transforms import Array
 
@@ -33,6 +34,8 @@ MEMORY_PER_GEOM = 256 * 1024
 MEMORY_LEAST, MEMORY_MOST = 64 * 2**20, 2 * 2**30
 MEMORY_GROWTH = 4
 """Factor by which the arena grows where a step needs more."""
+MOST_COMPILES = 2
+"""Compiles at one moment after which a new body is read alone instead."""
 
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -60,6 +63,10 @@ class Engine(Generic[BodyT]):
         """Whether the spec has changed since the last compile, or has more than planned bodies before it."""
         self.element_edits = 0
         """Number of edits of elements so far, but for those of friction."""
+        self._lone: dict[int, LoneBody] = {}
+        """New bodies that were read or written alone since the last compile, by id."""
+        self._compiled_at, self._compiles_there = -1.0, 0
+        """Simulated time of the last compile (s), and the number of compiles at that time."""
         self.pool = BodyPool(self)
         self.body_by_id: dict[int, BodyT] = {}
         self.profile = profile
@@ -84,6 +91,8 @@ class Engine(Generic[BodyT]):
         """Called before rows of MuJoCo's arrays change, while these still hold the last step."""
         self.is_moved = True
         """Whether positions were written since body frames were computed."""
+        self.is_outdated = False
+        """Whether a fixed body was moved in the spec alone since the last compile."""
         self._centres_moved = True
         """Whether body frames were computed since what is computed of them."""
         self._velocity_moved = True
@@ -316,6 +325,11 @@ class Engine(Generic[BodyT]):
             self.ensure_compiled()
         return self._data
 
+    @property
+    def compiled_data(self) -> Any:
+        """The MjData of the last compile, also while the next one is awaited, which takes its state over."""
+        return self._data
+
     def show_triangles(self) -> None:
         """Let rays and bounding boxes meet all triangles of concave meshes, from now on."""
         if not self.shows_triangles:
@@ -469,9 +483,47 @@ class Engine(Generic[BodyT]):
         compiles.note(key, kept)
         if before is not None:
             self._go_on_from(*before)
+        self._take_lone_states()
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()
+
+    def lone_body(self, body: BodyT) -> LoneBody | None:
+        """Return a new body alone, whose state the next compile takes over; None where that has to be now.
+
+        The first compiles at one moment are not avoided: most programs need one before the next step.
+        """
+        if not self.is_stale or self._compiles_there < MOST_COMPILES or self._compiled_at != self.time:
+            return None
+        if body.mujoco_ids[0] > 0:
+            return None  # it has rows
+        found, place, plan = self._lone.get(body.id), body.placed, body.plan_of_tree
+        if place is None or plan is None:
+            return None
+        if found is None:
+            found = lone_body(plan)
+            if found is None:
+                return None
+            self._lone[body.id] = found
+        found.put(*place)
+        return found
+
+    @property
+    def avoided_compiles(self) -> int:
+        """Number of new bodies that were read alone since the last compile."""
+        return len(self._lone)
+
+    def _take_lone_states(self) -> None:
+        """Give bodies the state that they had alone, after a compile, and note its time."""
+        for number, lone in self._lone.items():
+            body = self.body_by_id.get(number)
+            if body is not None:
+                body.take_state(lone)
+        self._lone.clear()
+        self.is_outdated = False
+        now = self.time
+        self._compiles_there = self._compiles_there + 1 if now == self._compiled_at else 1
+        self._compiled_at = now
 
     def _compile_key(self) -> CompileKey | None:
         """Return what a compile is made from; None where the spec has more than planned bodies."""
@@ -528,6 +580,7 @@ class Engine(Generic[BodyT]):
         for body in self.body_by_id.values():
             body.refresh(self._model)
         self.compiles.note(kept.key, kept)
+        self._take_lone_states()
         self._is_edited = False
         self._after_compile()
         self.mark_moved()
@@ -669,6 +722,19 @@ class Engine(Generic[BodyT]):
         """
         if self.is_stale:
             self.ensure_compiled()
+        return self._frames_so_far(keeps_last=keeps_last)
+
+    def awaited_frames(self) -> Any:
+        """Return the MjData of the last compile, whose frames agree with its qpos, while the next is awaited.
+
+        None where a fixed body was moved meanwhile.
+        """
+        if not self.is_stale or self._model is None or self.is_outdated:
+            return None
+        self.kept_frames = None
+        return self._frames_so_far(keeps_last=False)
+
+    def _frames_so_far(self, *, keeps_last: bool) -> Any:
         if self.is_moved:
             if keeps_last and self.keeps_frames and self.kept_frames is None:
                 self.kept_frames = self._data.xpos.copy(), self._data.xquat.copy()

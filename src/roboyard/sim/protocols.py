@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -10,6 +10,10 @@ from roboyard.description.model import RobotDescription
 from roboyard.sim.build.mesh_assets import MeshAssets
 from roboyard.sim.build.planned import PlannedBody
 from roboyard.sim.build.records import Built
+from roboyard.transforms import Array
+
+if TYPE_CHECKING:
+    from roboyard.sim.pool.lone_bodies import LoneBody
 
 
 class EngineBody(Protocol):
@@ -54,6 +58,20 @@ class EngineBody(Protocol):
         """Look up the body's rows in the arrays of a compiled model."""
         ...
 
+    @property
+    def placed(self) -> tuple[Array, Array] | None:
+        """Position (3,) (m) and quaternion (4,) while a compile is awaited, which does not change them."""
+        ...
+
+    @property
+    def plan_of_tree(self) -> PlannedBody | None:
+        """The plan that links and joints agree with; None where there is none."""
+        ...
+
+    def take_state(self, lone: LoneBody) -> None:
+        """Take over the state that the body has alone."""
+        ...
+
 
 class PoolEngine(Protocol):
     """The members of an `Engine` that its body pool uses."""
@@ -93,6 +111,11 @@ class PoolEngine(Protocol):
     @property
     def is_stale(self) -> bool:
         """Whether the spec was edited since the last compile."""
+        ...
+
+    @property
+    def avoided_compiles(self) -> int:
+        """Number of new bodies that were read alone since the last compile."""
         ...
 
     @property

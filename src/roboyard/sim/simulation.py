@@ -153,16 +153,20 @@ class Simulation(Engine[Body]):
         self.filters.complete_spec()
 
     def _extra_key(self) -> Any:
-        return None if self.constraints.any_now() or self.soft.by_id else self.filters.key()
+        held = self.constraints.key()
+        return None if held is None or self.soft.by_id else (self.filters.key(), held)
 
     def _extra_elements(self) -> Any:
-        return self.filters.elements()
+        return self.filters.elements(), self.constraints.elements()
 
     def _take_extra_elements(self, elements: Any) -> None:
-        self.filters.take(elements)
+        excluded, held = elements
+        self.filters.take(excluded)
+        self.constraints.take(held)
 
     def _leave_extra_elements(self) -> None:
         self.filters.leave()
+        self.constraints.leave()
 
     def _delete_inactive_rows(self) -> None:
         self.constraints.delete_inactive()

@@ -1030,6 +1030,17 @@ def test_created_constraints_are_those_of_the_python_function(given: Any, edit: 
     assert repr(outcomes[:half]) == repr(outcomes[half:])
 
 
+def test_constraints_are_solved_in_the_order_in_which_they_were_created(robot: int) -> None:
+    """Machine code asks for points and welds only; slides are built by the Python function."""
+    zero = [0, 0, 0]
+    cube = p.loadURDF(f"{getDataPath()}/cube_small.urdf", [1, 2, 1])
+    for kind in (p.JOINT_POINT2POINT, p.JOINT_PRISMATIC, p.JOINT_FIXED):
+        p.createConstraint(cube, -1, -1, -1, kind, [0, 0, 1], zero, [1, 2, 1])
+    p.stepSimulation()
+    world = CLIENTS[0].scene.world  # type: ignore[union-attr]
+    assert [constraint.kind for constraint in world.constraints.all] == ["point", "slide", "weld"]
+
+
 def test_a_constraint_that_is_removed_at_once_is_never_built(robot: int) -> None:
     zero = [0, 0, 0]
     cube = p.loadURDF(f"{getDataPath()}/cube_small.urdf", [1, 2, 1])

@@ -88,7 +88,8 @@ def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Tr
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
         if record is not None and record.soft is None and (placed := record.body.placed) is not None:
-            return _as_reported(*placed, record.base_frame)
+            position, orientation = placed
+            return _as_reported(position.tolist(), orientation.tolist(), record.base_frame)
         record = scene.ready(bodyUniqueId, "GetBasePositionAndOrientation failed.")
     if record.base_is_plain and record.free is not None:
         x, y, z, qw, qx, qy, qz = record.free.tolist()
@@ -169,6 +170,8 @@ def resetBasePositionAndOrientation(
     ):
         record.body.set_pose(p, q)
         record.placed = wanted
+        if speed is not None and record.revision != world.revision:
+            speed[:] = 0.0  # of a new body alone
     else:
         i, j, k, w = q
         positions, speeds = record.words
@@ -189,7 +192,7 @@ def getBaseVelocity(client: Client, bodyUniqueId: int) -> tuple[Triple, Triple]:
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
-        record = scene.ready(bodyUniqueId, "getBaseVelocity failed.")
+        record = scene.readable(bodyUniqueId, "getBaseVelocity failed.")
     if record.soft is not None:
         mean = np.average(record.soft.velocities, axis=0, weights=record.soft.free_masses)
         return tuple(mean.tolist()), (0.0, 0.0, 0.0)
@@ -222,7 +225,7 @@ def resetBaseVelocity(
     if record is None:
         return
     if record.revision != scene.world.revision or scene.world.is_stale:
-        record = scene.ready(objectUniqueId, "error in resetJointState.")
+        record = scene.readable(objectUniqueId, "error in resetJointState.")
     if record.soft is not None and linear is not None:
         record.soft.velocities = np.broadcast_to(linear, (len(record.soft.masses), 3))
         scene.frames_are_old = True

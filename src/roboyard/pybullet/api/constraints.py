@@ -98,6 +98,7 @@ def createConstraint(
         parentFramePosition=record.parent_position,
         childFramePosition=record.child_position,
     )
+    scene.build_requested()  # which come before it in the order of solution
     try:
         build(scene, record)
     except RoboyardError as problem:

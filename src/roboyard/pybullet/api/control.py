@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.pybullet.api.joints import OUT_OF_RANGE, joint_of
+from roboyard.pybullet.api.joints import OUT_OF_RANGE, joint_of, known_joint_of
 from roboyard.pybullet.bullet_rules.motor_commands import DEFAULT_MAX_FORCE, MotorCommands
 from roboyard.pybullet.bullet_rules.spherical_motors import IDENTITY, set_spherical_target
 from roboyard.pybullet.face import constants as c
@@ -89,7 +89,7 @@ def setJointMotorControl2(
                 return
         except (struct.error, IndexError, TypeError):
             pass  # raised below, with PyBullet's text
-    record = joint_of(client, bodyUniqueId, jointIndex)
+    record = known_joint_of(client, bodyUniqueId, jointIndex)
     if whole(controlMode) not in _MODES:
         raise failure("Illegal control mode.", f"unknown control mode {controlMode!r}")
     _drive(
@@ -134,7 +134,7 @@ def setJointMotorControlArray(
         raise failure("Illegal control mode.", f"unknown control mode {controlMode!r}")
     joints = indices(jointIndices)
     for joint in joints:
-        joint_of(client, bodyUniqueId, joint)
+        known_joint_of(client, bodyUniqueId, joint)
     count = len(joints)
     if not count:
         return
@@ -188,7 +188,7 @@ def setJointMotorControlMultiDof(
         if is_machine_code("setJointMotorControlMultiDof"):
             _prepare(client, record)
         return
-    record = joint_of(client, bodyUniqueId, jointIndex)
+    record = known_joint_of(client, bodyUniqueId, jointIndex)
     if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL):
         raise failure("Illegal control mode.", f"use TORQUE_CONTROL or POSITION_CONTROL; got {controlMode}")
     gains = number(positionGain), number(velocityGain), number(maxVelocity)
@@ -240,7 +240,7 @@ def setJointMotorControlMultiDofArray(
     record = None
     for i, joint in enumerate(joints):
         if record is None or not 0 <= joint < record.joint_count:
-            record = joint_of(client, bodyUniqueId, joint)
+            record = known_joint_of(client, bodyUniqueId, joint)
         position, velocity, force = (values[i] for values in lists)
         _drive_many(
             client.scene, record, joint, controlMode, position, velocity, force, kps[i], kds[i], fastest[i]
@@ -283,6 +283,7 @@ def _drive(
     if force != force:
         raise failure(_FAILED, f"force must be a number, got {force}")
     if mode == c.TORQUE_CONTROL:
+        scene.ready(record.number, OUT_OF_RANGE)
         scene.world.wrenches.add_joint_effort(handle, force)
         return
     if mode == c.PD_CONTROL:
@@ -340,7 +341,7 @@ def _drive_many(
         _drive(scene, record, joint, mode, where, speeds[0] if speeds else 0.0, forces[0], kp, kd, fastest)
         return
     if mode == c.TORQUE_CONTROL:
-        scene.add_spherical_torque(record, joint, forces)
+        scene.add_spherical_torque(scene.ready(record.number, OUT_OF_RANGE), joint, forces)
         return
     _drive_spherical(scene, record, joint, position, velocity, forces, kp, damping)
 

@@ -164,7 +164,7 @@ def resetJointState(
     Raises:
         error: the body or joint does not exist.
     """
-    record = joint_of(client, bodyUniqueId, jointIndex)
+    record = _settable(client, bodyUniqueId, jointIndex)
     place = record.position_addresses[jointIndex]
     if POSITION_COUNT[record.joint_type(jointIndex)] == 1:
         position, velocity = number(targetValue), number(targetVelocity)
@@ -194,7 +194,7 @@ def resetJointStateMultiDof(
     Raises:
         error: the body or joint does not exist, or both lists are empty.
     """
-    record = joint_of(client, bodyUniqueId, jointIndex)
+    record = _settable(client, bodyUniqueId, jointIndex)
     _reset_many(record, jointIndex, targetValue, targetVelocity)
     client.scene.mark_moved()
 
@@ -226,7 +226,7 @@ def resetJointStatesMultiDof(
         return
     for joint, value, velocity in zip(joints, values or nothing, velocities or nothing, strict=False):
         if record is None or not 0 <= joint < record.joint_count:
-            record = joint_of(client, bodyUniqueId, joint)
+            record = _settable(client, bodyUniqueId, joint)
         _reset_many(record, joint, value, velocity)
     client.scene.mark_moved()
 
@@ -258,7 +258,23 @@ def joint_of(client: Client, body: int, joint: int) -> BodyRecord:
     Raises:
         error: the body or joint does not exist.
     """
-    record = client.scene.ready(body, OUT_OF_RANGE)
+    return _with_joint(client.scene.ready(body, OUT_OF_RANGE), joint)
+
+
+def known_joint_of(client: Client, body: int, joint: int) -> BodyRecord:
+    """Return the record of a body, as `joint_of`, without current indices while the World is not compiled."""
+    record = client.scene.bodies.get(body)
+    if record is None or not client.scene.world.is_stale:
+        return joint_of(client, body, joint)
+    return _with_joint(record, joint)
+
+
+def _settable(client: Client, body: int, joint: int) -> BodyRecord:
+    """Return the record of a body whose joint is set, as `joint_of`; a new one may be alone."""
+    return _with_joint(client.scene.readable(body, OUT_OF_RANGE), joint)
+
+
+def _with_joint(record: BodyRecord, joint: int) -> BodyRecord:
     if not 0 <= whole(joint) < record.joint_count:
         raise _joint_error(record, joint, OUT_OF_RANGE)
     return record
@@ -312,7 +328,7 @@ def _reaction(client: Client, record: BodyRecord, joint: int) -> tuple[float, ..
 
 def _reset_all(client: Client, body: int, joints: list[int], values: list[Any]) -> bool:
     """Set joints of one degree of freedom, at rest; return False, with no effect, for anything else."""
-    record = joint_of(client, body, joints[0])
+    record = _settable(client, body, joints[0])
     try:
         numbers = tuple([position for (position,) in values])
     except (TypeError, ValueError):
@@ -397,7 +413,7 @@ def _existing(client: Client, body: int) -> BodyRecord:
     """Return the record of a body whose joints are read."""
     if body not in client.scene.bodies and whole(body) < 0:
         raise failure("getJointState failed; invalid bodyUniqueId", f"body ids start at 0, got {body}")
-    return client.scene.ready(body, "getJointState failed.")
+    return client.scene.readable(body, "getJointState failed.")
 
 
 def _joint_state_error(record: BodyRecord, joint: int) -> Exception:

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord, LinkReader, MovedLinkReader
     from roboyard.pybullet.state.physics_scene import PhysicsScene
+    from roboyard.sim.pool.lone_bodies import LoneBody
+    from roboyard.sim.world import World
 
 State = tuple[Any, ...]
 _SINGLE = 16
@@ -48,6 +50,15 @@ def getLinkState(
     scene = client.scene
     record, world = scene.bodies.get(bodyUniqueId), scene.world
     if record is None or record.revision != world.revision or world.is_stale:
+        lone = None if record is None else scene.alone(record)
+        if record is not None and lone is not None:
+            lone.kinematics()
+            is_there = linkIndex < record.joint_count
+            return _reader(lone, record)(linkIndex, computeLinkVelocity) if is_there else None
+        if record is not None and linkIndex < record.joint_count and not computeLinkVelocity:
+            read = record.link_reader
+            if read is not None and scene.has_awaited_frames(record):
+                return read(linkIndex, 0)
         record = _existing(scene, bodyUniqueId)
     if linkIndex >= record.joint_count:
         return None
@@ -61,7 +72,7 @@ def getLinkState(
             scene.single_reads += 1
             return (record.moved_link_reader or _moved_reader(scene, record))(linkIndex)
         scene.frames(fresh=True)
-    return (record.link_reader or _reader(scene, record))(linkIndex, computeLinkVelocity)
+    return (record.link_reader or _reader(world, record))(linkIndex, computeLinkVelocity)
 
 
 @command()
@@ -78,8 +89,15 @@ def getLinkStates(
         error: the body does not exist.
     """
     scene = client.scene
-    record = _existing(scene, bodyUniqueId)
-    scene.frames(fresh=bool(whole(computeForwardKinematics)))
+    found = scene.bodies.get(bodyUniqueId)
+    lone = None if found is None else scene.alone(found)
+    if found is not None and lone is not None:
+        record, world = found, lone
+        whole(computeForwardKinematics)
+        lone.kinematics()
+    else:
+        record, world = _existing(scene, bodyUniqueId), scene.world
+        scene.frames(fresh=bool(whole(computeForwardKinematics)))
     whole(computeLinkVelocity)
     try:
         group = record.link_groups.get(tuple(linkIndices))
@@ -89,11 +107,11 @@ def getLinkStates(
         return group.read(computeLinkVelocity)
     links, count = indices(linkIndices), record.joint_count
     if not all(0 <= link < count for link in links):
-        read = _reader(scene, record)
+        read = _reader(world, record)
         return tuple(read(link, computeLinkVelocity) if 0 <= link < count else None for link in links)
     from roboyard.pybullet.state.link_groups import link_group
 
-    return link_group(scene.world, record, links).read(computeLinkVelocity)
+    return link_group(world, record, links).read(computeLinkVelocity)
 
 
 def _existing(scene: PhysicsScene, body: int) -> BodyRecord:
@@ -109,9 +127,9 @@ def _moved_reader(scene: PhysicsScene, record: BodyRecord) -> MovedLinkReader:
     return moved_link_reader(scene.world, record)
 
 
-def _reader(scene: PhysicsScene, record: BodyRecord) -> LinkReader:
+def _reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
     if record.link_reader is not None:
         return record.link_reader
     from roboyard.pybullet.state.link_groups import link_reader
 
-    return link_reader(scene.world, record)
+    return link_reader(world, record)

@@ -138,6 +138,9 @@ def getAABB(
         raise failure("getAABB failed; invalid linkIndex", f"links start at -1, got {linkIndex}")
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        boxes = None if record is None else _awaiting_boxes(scene, record, linkIndex)
+        if boxes is not None:
+            return boxes.read(linkIndex)
         record = scene.ready(bodyUniqueId, "getAABB failed.")
     if linkIndex >= record.joint_count:
         raise failure("getAABB failed.", f"body {bodyUniqueId} has no link {linkIndex}")
@@ -180,6 +183,20 @@ def _all_boxes(scene: PhysicsScene) -> tuple[int, SceneBoxes]:
     arrays = [(record.link_boxes or _boxes(scene, record)).arrays for record in records]
     found = scene.link_boxes = scene.world.revision, link_groups.SceneBoxes(scene.world, records, arrays)
     return found
+
+
+def _awaiting_boxes(scene: PhysicsScene, record: BodyRecord, link: int) -> LinkBoxes | None:
+    """Return the boxes around a body's links while a compile is awaited; None where that has to be now."""
+    lone = scene.alone(record)
+    if link >= record.joint_count or (lone is None and not scene.has_awaited_frames(record)):
+        return None
+    from roboyard.pybullet.state.link_groups import AwaitingBoxes
+
+    if lone is None:
+        return AwaitingBoxes(record, scene.world.awaited_frames)
+    if record.link_boxes is None:
+        record.link_boxes = AwaitingBoxes(record, lone.kinematics)
+    return record.link_boxes
 
 
 def _boxes(scene: PhysicsScene, record: BodyRecord) -> LinkBoxes:

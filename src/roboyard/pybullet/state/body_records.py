@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.face.arguments import Vector3
     from roboyard.sim.body import Body
     from roboyard.sim.link import Link
+    from roboyard.sim.pool.lone_bodies import LoneBody
     from roboyard.sim.soft.soft_body import SoftBody
     from roboyard.sim.world import World
 
@@ -44,6 +45,8 @@ DEFAULT_IMPULSE = {0: 1.0, 1: 1.0, 2: 1000.0}
 _FEW = 4
 """Most shapes of a body that is compared with others by its numbers."""
 MULTIBODY, RIGID_BODY = 2, 1
+_ALONE = -2
+"""Revision of no World, nor of none."""
 HIDDEN_JOINT = -1
 """Type of a joint that scripts cannot access; it has no motor."""
 
@@ -210,7 +213,7 @@ class BodyRecord:
         """Quaternion of the inertial frame of a fixed base and its (3, 3) rotation, once it was asked for."""
         self.revision = -1
         self._data: Any = None
-        """MjData whose arrays are looked up."""
+        """MjData, or the body alone, whose arrays are looked up."""
         self.link_reader: LinkReader | None = None
         self.moved_link_reader: MovedLinkReader | None = None
         """Reads a link's state; created on first use."""
@@ -348,8 +351,23 @@ class BodyRecord:
         body, data = self.body, world.live_data
         self.revision = world.revision
         self.fixed_poses = None
-        if self._data is data:
-            return  # a body keeps its rows as long as MuJoCo's arrays are the same
+        if self._data is not data:  # a body keeps its rows as long as MuJoCo's arrays are the same
+            rows, positions, velocities = body.mujoco_ids, body.qpos_addresses, body.dof_addresses
+            self._look_up(data, map(int, rows), map(int, positions), map(int, velocities))
+            self._look_up_base(body.free_qpos, body.free_dof)
+
+    def refresh_alone(self, lone: LoneBody) -> None:
+        """Update the indices of this body, which the World has no rows of yet, in arrays of it alone."""
+        self.revision = _ALONE
+        self.fixed_poses = None
+        tree = lone.tree
+        if self._data is not lone:
+            self._look_up(lone, tree.rows, tree.positions, tree.velocities)
+            self._look_up_base(*(0, 0) if tree.is_free else (-1, -1))
+
+    def _look_up(
+        self, data: Any, rows: Iterable[int], positions: Iterable[int], velocities: Iterable[int]
+    ) -> None:
         self._data = data
         self.joint_groups.clear()
         self.link_groups.clear()
@@ -357,15 +375,16 @@ class BodyRecord:
         self.link_reader = self.moved_link_reader = self.link_pusher = self.link_boxes = self.geoms = None
         self._layout = self._tree = None
         self._has_tree = True
-        self.rows = [int(row) for row in body.mujoco_ids]
+        self.rows = list(rows)
         self.qpos, self.qvel = data.qpos, data.qvel
         self.words = self.qpos.data, self.qvel.data
-        self.base_bytes, self.base_speed_bytes = 8 * body.free_qpos, 8 * body.free_dof
-        self.position_addresses = [int(a) for a in body.qpos_addresses]
-        self.velocity_addresses = [int(a) for a in body.dof_addresses]
-        if body.free_qpos >= 0:
-            self.free = data.qpos[body.free_qpos : body.free_qpos + 7]
-            self.free_velocity = data.qvel[body.free_dof : body.free_dof + 6]
+        self.position_addresses, self.velocity_addresses = list(positions), list(velocities)
+
+    def _look_up_base(self, position: int, velocity: int) -> None:
+        self.base_bytes, self.base_speed_bytes = 8 * position, 8 * velocity
+        if position >= 0:
+            self.free = self.qpos[position : position + 7]
+            self.free_velocity = self.qvel[velocity : velocity + 6]
         else:
             self.free = self.free_velocity = None
 

@@ -10,11 +10,12 @@ import numpy as np
 import roboyard.pybullet.state.state_kernels as kernels
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from roboyard.pybullet.face.arguments import Vector3
     from roboyard.pybullet.state.body_records import BodyRecord, LinkPusher, LinkReader, MovedLinkReader
     from roboyard.pybullet.state.physics_scene import PhysicsScene
+    from roboyard.sim.pool.lone_bodies import LoneBody
     from roboyard.sim.world import World
     from roboyard.transforms import Array
 
@@ -23,7 +24,7 @@ _CACHE_SIZE = 64
 _positions_of, _orientations_of = Struct("3d").iter_unpack, Struct("4d").iter_unpack
 
 
-def link_reader(world: World, record: BodyRecord) -> LinkReader:
+def link_reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
     """Return `read(link, with_velocity)` of a body's links; valid until MuJoCo's model is recompiled."""
     rows = record.rows
     data, rootid = world.live_data, world.live_model.body_rootid
@@ -89,7 +90,7 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
 
     def push(link: int, local: int, numbers: tuple[Any, ...]) -> bool:
         if link >= 0 or free < 0:
-            if scene.frames_are_old:
+            if scene.frames_are_old or scene.frames_revision != world.revision:
                 scene.frames(fresh=True)
             elif world.is_moved:
                 world.kinematics()
@@ -193,7 +194,7 @@ class LinkGroup:
 
     __slots__ = ("_arrays", "_centres", "_frames", "_moving", "_parts", "_speeds", "_turns", "_world")
 
-    def __init__(self, world: World, record: BodyRecord, links: list[int]) -> None:
+    def __init__(self, world: World | LoneBody, record: BodyRecord, links: list[int]) -> None:
         """Prepare reading of `links` of a body."""
         data = world.live_data
         places = np.array([link + 1 for link in links], dtype=np.int64)
@@ -231,7 +232,7 @@ class LinkGroup:
         )  # fmt: skip
 
 
-def link_group(world: World, record: BodyRecord, links: list[int]) -> LinkGroup:
+def link_group(world: World | LoneBody, record: BodyRecord, links: list[int]) -> LinkGroup:
     """Return the group of these links, cached with the body."""
     if len(record.link_groups) > _CACHE_SIZE:
         record.link_groups.clear()
@@ -242,3 +243,32 @@ def link_group(world: World, record: BodyRecord, links: list[int]) -> LinkGroup:
 def _inertial_frames(record: BodyRecord) -> np.ndarray:
     """Return (n, 7) position (m) and quaternion of each link's inertial frame in its link frame."""
     return np.array([(*link.frame.position, *link.frame.quaternion) for link in record.links])
+
+
+class AwaitingBoxes:
+    """Boxes around the shapes of one body's links while a compile is awaited."""
+
+    __slots__ = ("_boxes", "_found", "_frames", "_rows", "_update")
+
+    def __init__(self, record: BodyRecord, update: Callable[[], Any]) -> None:
+        """Prepare reading of the boxes of a body; `update` returns the MjData with its present frames."""
+        self._frames, self._rows = _inertial_frames(record), np.array(record.rows, dtype=np.int64)
+        self._update, self._found = update, np.zeros(6)
+        self._boxes = np.zeros((len(record.rows), 8))
+        for place, link in enumerate(record.model.links):
+            bounds, margin = record.bounds(place - 1)
+            kind = {"sphere": 1.0, "plane": 2.0}.get(bounds.kind, 0.0)
+            self._boxes[place] = *bounds.grown(margin).reshape(-1), kind, bool(link.collisions)
+
+    @property
+    def arrays(self) -> tuple[Array, Array, np.ndarray]:
+        """(n, 7) inertial frames in link frames, (n, 8) boxes in these, and (n,) MuJoCo's rows of links."""
+        return self._frames, self._boxes, self._rows
+
+    def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the two (3,) corners of a link's box in the world (m); -1 for the base."""
+        data, place, box = self._update(), link + 1, self._found
+        row = int(self._rows[place])
+        kernels.link_box(data.xpos, data.xquat, self._frames, self._boxes, row, place, box)
+        a, b, c, d, e, f = box.tolist()
+        return (a, b, c), (d, e, f)

@@ -76,11 +76,11 @@ class PairFilters:
         if number not in filtered:
             filtered.add(number)
             self._find_alone()
-        moving = static = False
-        if old is not None:  # links without a filter of their own, of which there may be many
-            old_moving, old_static = _collides(old)
-            moving, static = _collides(new)
-            moving, static = moving == old_moving, static == old_static
+        if old is None:
+            old = _STATIC if self._is_static(*place) else _MOVING
+        old_moving, old_static = _collides(old)  # links without a filter of their own, which may be many
+        moving, static = _collides(new)
+        moving, static = moving == old_moving, static == old_static
         for body in filtered if moving and static else bodies:
             if body == number and body not in self._self_colliding:
                 continue
@@ -113,8 +113,9 @@ class PairFilters:
             self._find_alone()
             self._exclude_ancestors(record, only_parents=not excludes_ancestors)
         self._exclude_static(record)
-        for place in self.groups:
-            self._apply_to(place, record)
+        for place, given in self.groups.items():
+            if _collides(given) != (True, True):
+                self._apply_to(place, record)
 
     def _exclude_ancestors(self, record: BodyRecord, *, only_parents: bool) -> None:
         links, number = record.model.links, record.number
@@ -172,17 +173,18 @@ class PairFilters:
         first, filters, number = self._link(*place), self._world.filters, record.number
         if first is None:
             return
-        given, changed = (self.group_of(*place), self._mask_of(*place)), []
-        for link, part in enumerate(record.model.links, start=-1):
-            other, second = (number, link), record.link(link) if part.collisions else None
-            if second is None or other == place:
+        group, mask, changed = self.group_of(*place), self._mask_of(*place), []
+        groups, pairs, never = self.groups, self._pairs, self._never
+        links = record.body.links[: record.joint_count + 1]
+        for link, (part, second) in enumerate(zip(record.model.links, links, strict=False), start=-1):
+            other = number, link
+            if not part.collisions or other == place:
                 continue
-            pair = (place, other) if place < other else (other, place)
-            collide = self._pairs.get(pair)
-            if collide is None:
-                collide = _collide(given, (self.group_of(*other), self._mask_of(*other)))
-            if collide and pair in self._never:
-                collide = False
+            theirs = groups.get(other) or (_STATIC if self._is_static(number, link) else _MOVING)
+            collide = bool(group & theirs[1] or theirs[0] & mask)
+            if pairs or never:
+                pair = (place, other) if place < other else (other, place)
+                collide = pairs.get(pair, collide) and pair not in never
             if filters.collides(first, second) != collide:
                 changed.append((first, second, collide))
         if changed:

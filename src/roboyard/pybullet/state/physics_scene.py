@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import SceneBoxes
     from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.sim.body import Body
+    from roboyard.sim.pool.lone_bodies import LoneBody
     from roboyard.sim.stepping.shape_forms import ShapeForms
 
 HELD_INERTIA = 1e9
@@ -320,6 +321,43 @@ class PhysicsScene:
             record.refresh(world)
         return record
 
+    def readable(self, number: int, message: str) -> BodyRecord:
+        """Return the record of a body, whose joints and base alone are read or set.
+
+        It needs no compile: a new body may be alone, and others have their rows until the next compile.
+
+        Raises:
+            error: with `message`; the body does not exist.
+        """
+        record, world = self.bodies.get(number), self.world
+        if record is None or not world.is_stale or record.sensors or record.soft is not None:
+            return self.ready(number, message)
+        has_rows = record.revision == world.revision and record.body.mujoco_ids[0] > 0
+        return record if has_rows or self.alone(record) is not None else self.ready(number, message)
+
+    def alone(self, record: BodyRecord) -> LoneBody | None:
+        """Return a new body, with current indices in arrays of it alone; None where it is in the World."""
+        if not self.world.is_stale or record.sensors or record.soft is not None:
+            return None
+        lone = self.world.lone_body(record.body)
+        if lone is not None:
+            record.refresh_alone(lone)
+        return lone
+
+    def has_awaited_frames(self, record: BodyRecord) -> bool:
+        """Compute the link frames of a body that a compile is awaited for but does not move.
+
+        Returns:
+            Whether the World's arrays have them now.
+        """
+        world = self.world
+        if not world.is_stale or record.revision != world.revision or record.body.mujoco_ids[0] <= 0:
+            return False
+        if record.soft is not None or world.awaited_frames() is None:
+            return False
+        self.single_reads, self.frames_are_old, self.frames_revision = 0, False, world.revision
+        return True
+
     def unknown_body(self, number: object, message: str) -> Exception:
         """Return the error for a body id that does not exist."""
         if not hasattr(number, "__index__"):
@@ -496,7 +534,8 @@ class PhysicsScene:
 
     def applied(self, record: BodyRecord, joint: int) -> Any:
         """Return the last torque (N m) or force (N) of a motor: one number, or three."""
-        if not record.motored[joint] or self.motor_revision != self.world.revision:
+        stepped = self.motor_revision
+        if not record.motored[joint] or not stepped == self.world.revision == record.revision:
             return record.applied[joint]
         forces = self.motor_forces()[record.velocities_of(joint)].tolist()
         return forces[0] if len(forces) == 1 else tuple(forces)

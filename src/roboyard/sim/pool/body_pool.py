@@ -188,7 +188,11 @@ class BodyPool:
         elif self._slots:
             self._threshold = STREAK
         self._delete_inactive()
-        self._streak = self._streak + 1 if fresh and not mixed else 0
+        if not self._engine.avoided_compiles:
+            self._streak = self._streak + 1 if fresh and not mixed else 0
+        elif not self.expects_bodies:
+            self._idle = 0
+            return 0
         is_first = self.expects_bodies and fresh > 0
         wanted = self._threshold
         if self._engine.is_kept and self._engine.time == 0.0:

@@ -125,7 +125,9 @@ def make_template(description: RobotDescription, options: BuildOptions) -> BodyT
     spec = new_spec()
     nowhere, unturned = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
     try:
-        built = build(spec, MeshAssets(spec, options.hull_steps), description, "", nowhere, unturned, options)
+        built = build(
+            spec, MeshAssets(spec, options.hull_steps), description, "body/", nowhere, unturned, options
+        )
     except MeshError:
         return None
     root = built.links[0]

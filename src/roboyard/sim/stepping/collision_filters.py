@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -71,10 +72,10 @@ class CollisionFilters:
         if not model.nexclude:
             return False
         if self._live is None or self._live[0] is not model:
-            others = model.exclude_signature.tolist()
-            self._live = model, others, {}
-            for key in self._disabled:
-                others.remove(self._signature(key))
+            self._live = model, [], {}
+            others = Counter(model.exclude_signature.tolist())
+            others.subtract(map(self._signature, self._disabled))
+            self._live[1].extend(others.elements())
         return True
 
     def _write_live(self) -> bool:

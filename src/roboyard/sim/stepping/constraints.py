@@ -340,11 +340,34 @@ class Constraints:
             for element, _, _ in found:
                 element.active = False
 
-    def any_now(self) -> bool:
-        """Return whether there are any, those included that other layers have not added yet."""
+    def key(self) -> tuple[tuple[int, str], ...] | None:
+        """Return ids and sizes of all constraints that the next compile has, also of those that other layers
+        have not added yet; None with gears or inactive ones.
+        """
         if self.before_entering is not None:
             self.before_entering()
-        return bool(self._by_id) or any(self._inactive.values())
+        found = tuple((constraint.id, _size(constraint.kind)) for constraint in self._by_id.values())
+        has_others = any(self._inactive.values()) or any(size == "gear" for _, size in found)
+        return None if has_others else found
+
+    def elements(self) -> tuple[Elements, ...]:
+        """Return the elements of all constraints in the spec."""
+        return tuple((c.element, c.site_a, c.site_b) for c in self._by_id.values())
+
+    def take(self, elements: tuple[Elements, ...]) -> None:
+        """Take over what `elements` returned of a world with an equal key."""
+        self.leave()
+        self._new.clear()
+        for constraint, given in zip(self._by_id.values(), elements, strict=True):
+            constraint.element, constraint.site_a, constraint.site_b = given
+
+    def leave(self) -> None:
+        """Note that the spec is another one, without constraints yet."""
+        self._new = list(self._by_id.values())
+        for constraint in self._new:
+            constraint.element = constraint.site_a = constraint.site_b = None
+        for found in self._inactive.values():
+            found.clear()
 
     def complete_spec(self) -> None:
         """Put all frames on their links in the spec, and delete what is inactive, before the spec is read."""
