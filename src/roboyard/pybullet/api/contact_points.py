@@ -12,6 +12,8 @@ import numpy as np
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
+from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_contacts
 from roboyard.pybullet.state.contacts import ANY_LINK, Place, Point, contacts_between, touching
 
 if TYPE_CHECKING:
@@ -46,6 +48,8 @@ def getContactPoints(
     wanted = whole(bodyA), whole(bodyB), whole(linkIndexA), whole(linkIndexB)
     found = contacts_between(client.scene, wanted)
     if found is not None:
+        if is_machine_code("getContactPoints"):
+            client.scene.last_step.prepare()
         return found
     rows = [_selected(pair, point, wanted) for pair, point in touching(client.scene)]
     return tuple([row for row in rows if row is not None]) if rows else ()
@@ -276,3 +280,6 @@ def _closest(
         *((bx + margin_b * x, by + margin_b * y, bz + margin_b * z),),
         *((x, y, z), gap - (margin_a + margin_b), 0.0, 0.0, _ZEROS, 0.0, _ZEROS),
     )
+
+
+START.later(replace_contacts)

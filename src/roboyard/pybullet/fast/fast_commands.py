@@ -188,6 +188,14 @@ def replace_lines() -> None:
     replace("removeUserDebugItem", REMOVAL, RemovalState(COMMANDS["removeUserDebugItem"].function))
 
 
+def replace_contacts() -> None:
+    """Replace getContactPoints."""
+    from roboyard.pybullet.fast.contact_entries import CONTACT, ContactState
+
+    name = "getContactPoints"
+    replace(name, CONTACT, ContactState(COMMANDS[name].function, PREPARED["contacts"]))
+
+
 def replace_filters() -> None:
     """Replace setCollisionFilterGroupMask."""
     from roboyard.pybullet.fast.filter_entries import FILTER, FilterState
