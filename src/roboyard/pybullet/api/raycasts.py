@@ -186,7 +186,7 @@ def _boxes(scene: PhysicsScene, record: BodyRecord) -> LinkBoxes:
     """Return the boxes around a body's links, which the record keeps."""
     from roboyard.pybullet.state import link_groups
 
-    found = record.link_boxes = link_groups.LinkBoxes(scene.world, record)
+    found = record.link_boxes = link_groups.LinkBoxes(scene, record)
     return found
 
 

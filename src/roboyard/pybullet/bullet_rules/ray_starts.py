@@ -90,7 +90,7 @@ class MarginShapes:
         if world.is_stale or self._revision != world.revision or not world.shows_triangles:
             self._look_up()
         if world.is_moved:
-            world.kinematics()
+            world.link_frames(keeps_last=True)
         if self._first is None:
             return None
         geom = kernels.enter_first(self._first, *start, *way, length, MOST_GRAZING, self._work, self._hit)
@@ -98,7 +98,7 @@ class MarginShapes:
 
     def _find(self, starts: Array, ways: Array, mask: int, found: np.ndarray, normals: Array) -> int:
         world = self._world
-        data = world.kinematics()
+        data = world.link_frames(keeps_last=True)
         if self._revision != world.revision:
             self._look_up()
         rows = self._shown(self._rows, mask)

@@ -51,8 +51,8 @@ HIDDEN_JOINT = -1
 LinkReader = Callable[[int, object], tuple[Any, ...]]
 """`read(link, with_velocity)`: the fields of getLinkState."""
 
-MovedLinkReader = Callable[[int], tuple[Any, ...]]
-"""`read(link)`: the first fields of getLinkState."""
+MovedLinkReader = Callable[[int, object, bool], tuple[Any, ...]]
+"""`read(link, with_velocity, is_fresh)`: the fields of getLinkState in the present state."""
 
 
 LinkPusher = Callable[..., bool]

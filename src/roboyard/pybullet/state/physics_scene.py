@@ -521,6 +521,7 @@ class PhysicsScene:
         else:
             world.step()
         self.frames_are_old = False
+        self.single_reads = 0
         self.frames_revision = self.motor_revision = world.revision
         self.last_step.drop()
         self._motor_forces = None

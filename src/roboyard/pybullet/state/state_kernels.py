@@ -156,7 +156,7 @@ def link_states(  # pragma: no cover
             orientations[0, n, k], orientations[1, n, k] = b[k], d[k]
 
 
-def _write_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
+def write_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
     """Write the corners of the box around a link's shapes in the world to `out` (6,); see `link_box`."""
     (x, y, z), (i, j, k, w), _, _ = link_pose(xpos, xquat, frames, row, link)
     box = boxes[link]
@@ -182,7 +182,7 @@ def _write_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
 
 def link_box_of(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
     """`link_box` as a part of machine code."""
-    _write_box(xpos, xquat, frames, boxes, row, link, out)
+    write_box(xpos, xquat, frames, boxes, row, link, out)
 
 
 @compiled("f8[:,:] f8[:,:] f8[:,:] f8[:,:] i8 i8 f8[:]")
@@ -193,7 +193,7 @@ def link_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
     margins included, then 0 for a box that turns with the link, 1 for a ball's, 2 for a plane's, which is in
     the world; then whether there are shapes. row: the link's row in xpos; link: in frames.
     """
-    _write_box(xpos, xquat, frames, boxes, row, link, out)
+    write_box(xpos, xquat, frames, boxes, row, link, out)
 
 
 class Boxes(NamedTuple):
@@ -222,7 +222,7 @@ def links_in_box(arrays, ax, ay, az, bx, by, bz, margin, box, found):  # pragma:
     for link in range(len(rows) - 1, -1, -1):
         if boxes[link, 7] == 0.0:
             continue
-        _write_box(arrays.xpos, arrays.xquat, arrays.frames, boxes, rows[link], link, box)
+        write_box(arrays.xpos, arrays.xquat, arrays.frames, boxes, rows[link], link, box)
         is_below = box[0] <= bx and box[1] <= by and box[2] <= bz
         if is_below and box[3] >= ax and box[4] >= ay and box[5] >= az:
             found[count] = link
