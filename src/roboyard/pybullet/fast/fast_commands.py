@@ -32,7 +32,7 @@ def replace_boxes() -> None:
     """Replace getAABB."""
     from roboyard.pybullet.fast.fast_entries import BOX
 
-    _replace("getAABB", BOX, "box", ("is_moved",))
+    _replace("getAABB", BOX, "box", ("is_moved", "single_reads"))
 
 
 def replace_motors() -> None:

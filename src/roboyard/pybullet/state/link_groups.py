@@ -107,20 +107,22 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
     data, wrenches = world.live_data, world.wrenches
     xpos, xquat, xipos, qpos, applied = data.xpos, data.xquat, data.xipos, data.qpos, data.xfrc_applied
     frames, free = _inertial_frames(record), record.body.free_qpos
-    arrays = kernels.Pushed(xpos, xquat, xipos, qpos, frames, applied)
+    centres = world.live_model.body_ipos
+    arrays = kernels.Pushed(xpos, xquat, xipos, qpos, frames, applied, centres)
 
     def push(link: int, local: int, numbers: tuple[Any, ...]) -> bool:
-        if link >= 0 or free < 0:
-            if scene.frames_are_old:
-                scene.frames(fresh=True)
-            elif world.is_moved:
-                world.link_frames(keeps_last=True)
-            place = -1
-        else:
-            place = free
+        place = free if link < 0 else -1
+        if place < 0 and scene.frames_are_old:
+            scene.frames(fresh=True)
         shown, turns = world.kept_frames or (xpos, xquat)
         link += 1
-        if kernels.push_link(arrays, shown, turns, rows[link], link, place, local, *numbers):
+        row, moved = rows[link], 4 if place < 0 and world.is_moved else 0
+        done = kernels.push_link(arrays, shown, turns, row, link, place, local + moved, *numbers)
+        if done < 0:
+            world.link_frames(keeps_last=True)
+            shown, turns = world.kept_frames or (xpos, xquat)
+            done = kernels.push_link(arrays, shown, turns, row, link, place, local, *numbers)
+        if done:
             wrenches.pending = wrenches.pushed = True
             return True
         return False
@@ -129,7 +131,7 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
     if "push" in world.prepared:
         world.prepared["push"][record.number] = (
             *(scene, world, wrenches, xpos, xquat, xipos, qpos, frames, applied),
-            *(np.array(rows, dtype=np.int64), free),
+            *(np.array(rows, dtype=np.int64), free, centres),
         )
     return push
 
@@ -154,6 +156,8 @@ class LinkBoxes:
         if "box" in world.prepared and record.soft is None:
             world.prepared["box"][record.number] = (
                 *(world, data.xpos, data.xquat, self._frames, self._boxes, self._rows, self._box),
+                *(scene, chain_kernels().write_box_of_chain, self._chain),
+                *(tuple(n for place, row in enumerate(record.rows) for n in (row, place)), count - 1),
             )
 
     @property

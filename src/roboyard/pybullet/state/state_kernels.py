@@ -267,22 +267,26 @@ class Pushed(NamedTuple):
     """(n, 7) inertial frames in link frames."""
     applied: Any
     """Forces and torques, xfrc_applied."""
+    centres: Any
+    """(nbody, 3) MuJoCo's centres of mass in body frames, body_ipos (m)."""
 
 
-_PUSHED = record(Pushed, "f8[:,:] f8[:,:] f8[:,:] f8[:] f8[:,:] f8[:,:]")
+_PUSHED = record(Pushed, "f8[:,:] f8[:,:] f8[:,:] f8[:] f8[:,:] f8[:,:] f8[:,:]")
 
 
 @compiled(_PUSHED, "f8[:,:] f8[:,:] i8 i8 i8 i8 f8 f8 f8 f8 f8 f8 f8 f8 f8 -> i8")
 def push_link(  # pragma: no cover
     arrays, shown, turns, row, link, free, local, fx, fy, fz, tx, ty, tz, px, py, pz
 ):
-    """Add a force at a point and a torque to MuJoCo's forces; return 0 where they are not finite.
+    """Add a force at a point and a torque to MuJoCo's forces; return 1.
+
+    Return 0 where they are not finite, -1 where they depend on frames that are not up to date.
 
     shown, turns: body poses that scripts see (w first). row: the link's row in them; link: in frames. free:
     the free joint's place in qpos, -1 for a link. local: 0 world axes, 1 axes and origin of the inertial
-    frame; 2 more: at its centre.
+    frame; 2 more: at its centre; 4 more: frames are not up to date, but as scripts see them.
     """
-    xpos, xquat, xipos, qpos, frames, out = arrays
+    xpos, xquat, xipos, qpos, frames, out, centres = arrays
     x, y, z = shown[row, 0], shown[row, 1], shown[row, 2]
     w, i, j, k = turns[row, 0], turns[row, 1], turns[row, 2], turns[row, 3]
     vx, vy, vz = frames[link, 0], frames[link, 1], frames[link, 2]
@@ -290,7 +294,11 @@ def push_link(  # pragma: no cover
     if free >= 0:
         x, y, z = qpos[free], qpos[free + 1], qpos[free + 2]
         w, i, j, k = qpos[free + 3], qpos[free + 4], qpos[free + 5], qpos[free + 6]
-    else:  # MuJoCo has the centre of mass of a massless link in the origin of its frame
+    elif (
+        abs(centres[row, 0] - vx) + abs(centres[row, 1] - vy) + abs(centres[row, 2] - vz) > 1e-12
+    ):  # MuJoCo has the centre of mass of a massless link in the origin of its frame
+        if local & 4:
+            return -1
         cx, cy, cz = _rotated((xquat[row, 0], xquat[row, 1], xquat[row, 2], xquat[row, 3]), (vx, vy, vz))
         ox, oy, oz = (
             xpos[row, 0] + cx - xipos[row, 0],
@@ -330,11 +338,11 @@ def push_link(  # pragma: no cover
 
 
 def push_link_of(  # pragma: no cover
-    xpos, xquat, xipos, qpos, frames, applied, shown, turns, row, link, free, local,
+    xpos, xquat, xipos, qpos, frames, applied, centres, shown, turns, row, link, free, local,
     fx, fy, fz, tx, ty, tz, px, py, pz,
 ):  # fmt: skip
     """`push_link` as a part of machine code."""
-    arrays = (xpos, xquat, xipos, qpos, frames, applied)
+    arrays = (xpos, xquat, xipos, qpos, frames, applied, centres)
     return push_link(arrays, shown, turns, row, link, free, local, fx, fy, fz, tx, ty, tz, px, py, pz)
 
 
