@@ -45,6 +45,7 @@ PYTHON: dict[str, Any] = {
         "PyTuple_New": WORD(WORD),
         "PyTuple_SetItem": types.int32(WORD, WORD, WORD),
         "PyTuple_Size": WORD(WORD),
+        "PyUnicode_AsUTF8AndSize": WORD(WORD, WORD),
         "PyUnicode_AsUTF8String": WORD(WORD),
         "PyUnicode_GetLength": WORD(WORD),
         "PyUnicode_ReadChar": types.uint32(WORD, WORD),
