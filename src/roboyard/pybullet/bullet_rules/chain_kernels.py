@@ -55,7 +55,7 @@ CHAIN = Bundle(
 )
 
 
-def _turned(q, v):  # pragma: no cover
+def turned(q, v):  # pragma: no cover
     """Return a vector rotated by a quaternion w, x, y, z."""
     tx, ty, tz = (
         q[0] * v[0] + q[2] * v[2] - q[3] * v[1],
@@ -69,7 +69,7 @@ def _turned(q, v):  # pragma: no cover
     )
 
 
-def _times(a, b):  # pragma: no cover
+def times(a, b):  # pragma: no cover
     """Return the product of two quaternions w, x, y, z."""
     return (
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
@@ -108,7 +108,7 @@ def _scaled(a, s):  # pragma: no cover
     return a[0] * s, a[1] * s, a[2] * s
 
 
-def _follow_chain(chain, row, is_moving):  # pragma: no cover
+def follow_chain(chain, row, is_moving):  # pragma: no cover
     """Write the pose of a body, and its velocity if that is asked for, as MuJoCo computes them."""
     count, body = 0, row
     while body > 0:
@@ -125,40 +125,40 @@ def _follow_chain(chain, row, is_moving):  # pragma: no cover
             q = _unit(_four(chain.qpos, first + 3))
             if is_moving:
                 v = chain.qvel[dof], chain.qvel[dof + 1], chain.qvel[dof + 2]
-                w = _turned(q, (chain.qvel[dof + 3], chain.qvel[dof + 4], chain.qvel[dof + 5]))
+                w = turned(q, (chain.qvel[dof + 3], chain.qvel[dof + 4], chain.qvel[dof + 5]))
             continue
-        away = _turned(q, _three(chain.positions, body))
+        away = turned(q, _three(chain.positions, body))
         p = _sum(p, away)
         if is_moving:
             v = _sum(v, _cross(w, away))
-        q = _times(
+        q = times(
             q, (chain.turns[body, 0], chain.turns[body, 1], chain.turns[body, 2], chain.turns[body, 3])
         )
         for j in range(joint, joint + chain.counts[body]):
             first, axis, anchor = chain.places[j], _three(chain.axes, j), _three(chain.anchors, j)
             if chain.kinds[j] == SLIDE:
-                axis, way = _turned(q, axis), chain.qpos[first] - chain.rest[first]
+                axis, way = turned(q, axis), chain.qpos[first] - chain.rest[first]
                 way_there = _scaled(axis, way)
                 p = _sum(p, way_there)
                 if is_moving:
                     v = _sum(_sum(v, _cross(w, way_there)), _scaled(axis, chain.qvel[chain.dofs[j]]))
                 continue
-            away = _turned(q, anchor)
+            away = turned(q, anchor)
             if is_moving:
                 v = _sum(v, _cross(w, away))
             if chain.kinds[j] == BALL:
-                q = _times(q, _unit(_four(chain.qpos, first)))
+                q = times(q, _unit(_four(chain.qpos, first)))
                 if is_moving:
                     dof = chain.dofs[j]
                     spin = chain.qvel[dof], chain.qvel[dof + 1], chain.qvel[dof + 2]
-                    w = _sum(w, _turned(q, spin))
+                    w = _sum(w, turned(q, spin))
             else:
                 if is_moving:
-                    w = _sum(w, _scaled(_turned(q, axis), chain.qvel[chain.dofs[j]]))
+                    w = _sum(w, _scaled(turned(q, axis), chain.qvel[chain.dofs[j]]))
                 half = 0.5 * (chain.qpos[first] - chain.rest[first])
                 s = sin(half)
-                q = _times(q, (cos(half), s * axis[0], s * axis[1], s * axis[2]))
-            back = _turned(q, anchor)
+                q = times(q, (cos(half), s * axis[0], s * axis[1], s * axis[2]))
+            back = turned(q, anchor)
             p = p[0] + away[0] - back[0], p[1] + away[1] - back[1], p[2] + away[2] - back[2]
             if is_moving:
                 v = _sum(v, _cross(back, w))
@@ -175,7 +175,7 @@ def write_pose_of_chain(chain, frames, row, link, out):  # pragma: no cover
 
     frames, row, link: see `link_pose`.
     """
-    _follow_chain(chain, row, False)
+    follow_chain(chain, row, False)
     _write_pose(chain.at, chain.turned, frames, 0, link, out)
 
 
@@ -194,17 +194,17 @@ def write_state_of_chain(chain, xpos, xquat, frames, row, link, is_fresh, out): 
     xpos, xquat: poses that are shown, unless is_fresh is 1: then those of the present positions are.
     frames, row, link: see `link_pose`.
     """
-    _follow_chain(chain, row, True)
+    follow_chain(chain, row, True)
     v, w = _three(chain.moving, 0), _three(chain.moving, 1)
     q = chain.turned[0, 0], chain.turned[0, 1], chain.turned[0, 2], chain.turned[0, 3]
-    v = _sum(v, _cross(w, _turned(q, _three(chain.centres, row))))
+    v = _sum(v, _cross(w, turned(q, _three(chain.centres, row))))
     if is_fresh == 1:
         _write_pose(chain.at, chain.turned, frames, 0, link, out)
     else:
         _write_pose(xpos, xquat, frames, row, link, out)
         shown = xquat[row, 0], xquat[row, 1], xquat[row, 2], xquat[row, 3]
-        back = _times(shown, (q[0], -q[1], -q[2], -q[3]))
-        v, w = _turned(back, v), _turned(back, w)
+        back = times(shown, (q[0], -q[1], -q[2], -q[3]))
+        v, w = turned(back, v), turned(back, w)
     for k in range(3):
         out[14 + k], out[17 + k] = v[k], w[k]
 
@@ -215,5 +215,5 @@ def write_box_of_chain(chain, frames, boxes, row, link, out):  # pragma: no cove
 
     frames, boxes, row, link: see `link_box`.
     """
-    _follow_chain(chain, row, False)
+    follow_chain(chain, row, False)
     write_box(chain.at, chain.turned, frames, boxes, 0, link, out)
