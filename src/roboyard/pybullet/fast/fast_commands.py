@@ -44,7 +44,7 @@ def replace_motors() -> None:
         name = f"setJointMotorControl{suffix}"
         code, defaults = COMMANDS[name].function.__code__, COMMANDS[name].function.__defaults__ or ()
         by_name = dict(zip(reversed(code.co_varnames[: code.co_argcount]), reversed(defaults), strict=False))
-        words = "pending", "time_step", form, by_name.get("maxVelocity", -1.0)
+        words = "pending", "time_step", form, by_name.get("maxVelocity", -1.0), PREPARED["torques"]
         _replace(name, MOTORS, "motors", words)
 
 
@@ -54,6 +54,15 @@ def replace_joints() -> None:
 
     words = "is_moved", "_velocity_moved", "frames_are_old"
     _replace("resetJointStatesMultiDof", JOINTS, "joints", words)
+
+
+def replace_bases() -> None:
+    """Replace resetBasePositionAndOrientation and resetBaseVelocity."""
+    from roboyard.pybullet.fast.base_entries import POSE, SPEED
+
+    words = "is_moved", "_velocity_moved", "frames_are_old", "fixed_poses"
+    _replace("resetBasePositionAndOrientation", POSE, "bases", words)
+    _replace("resetBaseVelocity", SPEED, "bases", words)
 
 
 def replace_constraint_state() -> None:

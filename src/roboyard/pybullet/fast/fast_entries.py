@@ -139,7 +139,8 @@ BOX = Front(link_box_of, EntrySignature(_BOX))
 """getAABB."""
 
 _MOTORS = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ONE, PENDING, TIME_STEP, FORM, UNSET = range(3, 12)
+COMMAND, PREPARED, NONE, TRUE, ONE, PENDING, TIME_STEP, FORM, UNSET, TORQUES = range(3, 13)
+WRENCHES, EFFORTS, DOFS, ROOM = range(3, 7)  # for torques
 FLAT, NESTED, SINGLE = range(3)  # lists of numbers, lists of lists of one number, lists of one number
 COMMANDS, PARAMETERS, MOTORS, TARGETS, ROWS, LIMITS, IMPULSES, READ, FORCE = range(3, 12)
 JOINT, POSITION, VELOCITY, LIMIT, KP, KD = range(6)
@@ -253,8 +254,57 @@ def command(state, body, given, count):
             _loop(motors, targets, rows[joint], mode, goal, table[k, VELOCITY], kp, table[k, KD], 0.0)
     return True
 
+@part
+def read_torques(given, length, room, joints):
+    total = 0.0
+    for k in range(length):
+        joint = PySequence_GetItem(given[2], k)
+        if joint == 0:
+            PyErr_Clear()
+            return False
+        index = PyLong_AsLongLong(joint)
+        Py_DecRef(joint)
+        if index == -1 and PyErr_Occurred() != 0:
+            PyErr_Clear()
+        if index < 0 or index >= joints:
+            return False
+        room[k, 0], room[k, 1] = index, item(given[6], k)
+        total += room[k, 1]
+    return total - total == 0.0
+
+@part
+def add_torques(state, given, count):
+    if word(given[3], KIND) != word(word(state, ONE), KIND) or PyLong_AsLongLong(given[3]) != 1:
+        return False
+    for place in (4, 5, 7, 8):
+        if place < count and given[place] != word(state, NONE):
+            return False
+    bodies = found(word(state, TORQUES), given[0])
+    body = found(bodies, given[1]) if bodies != 0 else 0
+    length = PySequence_Size(given[2]) if body != 0 else 0
+    if length < 0:
+        PyErr_Clear()
+    if length < 1 or not has_length(given[6], length):
+        return False
+    room, dofs = matrix(word(body, ROOM)), integers(word(body, DOFS))
+    efforts, wrenches = numbers(word(body, EFFORTS)), word(body, WRENCHES)
+    Py_IncRef(body)
+    fits = length <= len(room) and read_torques(given, length, room, len(dofs))
+    if fits:
+        for k in range(length):
+            dof = dofs[np.int64(room[k, 0])]
+            if dof >= 0:
+                efforts[dof] += room[k, 1]
+        PyObject_SetAttr(wrenches, word(state, PENDING), word(state, TRUE))
+    Py_DecRef(body)
+    return fits
+
 def entry(state, given, count, keywords):
     fits = keywords == 0 and count >= 4
+    if fits and 7 <= count <= 9 and PyLong_AsLongLong(word(state, FORM)) == FLAT:
+        if add_torques(state, given, count):
+            Py_IncRef(word(state, NONE))
+            return word(state, NONE)
     if count > 9:  # a largest velocity, and damping of joints that have one degree of freedom here
         is_single = PyLong_AsLongLong(word(state, FORM)) == SINGLE
         fastest = word(state, UNSET if is_single else NONE)
