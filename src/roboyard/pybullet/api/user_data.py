@@ -74,7 +74,7 @@ def getUserDataId(
 ) -> int:
     """Return the id of an entry, or -1."""
     return client.user_data.find(
-        UserDataKey(whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key))
+        (whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key))
     )
 
 

@@ -133,7 +133,6 @@ KEPT_ANSWERS = frozenset(
         "getNumJoints",
         "getNumUserData",
         "getUserData",
-        "getUserDataId",
         "getUserDataInfo",
         "getVisualShapeData",
     )

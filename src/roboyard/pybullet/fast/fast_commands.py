@@ -188,12 +188,15 @@ def forget_write(
 
 
 def replace_lines() -> None:
-    """Replace addUserDebugLine and removeUserDebugItem."""
-    from roboyard.pybullet.fast.item_entries import LINE, REMOVAL, LineState, RemovalState
+    """Replace addUserDebugLine, addUserDebugText and removeUserDebugItem."""
+    from roboyard.pybullet.fast.item_entries import LINE, REMOVAL, TEXT, ItemState, RemovalState
 
     function = COMMANDS["addUserDebugLine"].function
     defaults: Any = function.__defaults__
-    replace("addUserDebugLine", LINE, LineState(function, *defaults[2:4]))
+    replace("addUserDebugLine", LINE, ItemState(function, *defaults[2:4]))
+    function = COMMANDS["addUserDebugText"].function
+    defaults = function.__defaults__
+    replace("addUserDebugText", TEXT, ItemState(function, defaults[2], defaults[4]))
     replace("removeUserDebugItem", REMOVAL, RemovalState(COMMANDS["removeUserDebugItem"].function))
 
 
@@ -214,10 +217,16 @@ def replace_filters() -> None:
 
 
 def replace_user_data() -> None:
-    """Replace addUserData."""
-    from roboyard.pybullet.fast.item_entries import DATA, DataState
+    """Replace addUserData, getUserDataId, getUserData and removeUserData."""
+    from roboyard.pybullet.fast.item_entries import DATA, DATA_ID, DATA_REMOVAL, DATA_VALUE, DataState
 
-    replace("addUserData", DATA, DataState(COMMANDS["addUserData"].function))
+    for name, front in (
+        ("addUserData", DATA),
+        ("getUserDataId", DATA_ID),
+        ("getUserData", DATA_VALUE),
+        ("removeUserData", DATA_REMOVAL),
+    ):
+        replace(name, front, DataState(COMMANDS[name].function))
 
 
 def is_machine_code(name: str) -> bool:
