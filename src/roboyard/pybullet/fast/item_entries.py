@@ -1,6 +1,6 @@
 """Debug lines and user data as machine code; see `fast_entries`.
 
-Lines in the world that do not expire, of plain numbers, are stored as plain tuples, which `DebugItems` knows.
+Lines and texts that do not expire, of numbers, are stored as plain tuples, which `DebugItems` knows.
 User data that is there gets another value. Anything else goes to the Python functions.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.state.debug_items import WHITE
@@ -48,12 +48,54 @@ _ITEM = f"""{_PARTS}
 COMMAND, LIFE_TIME, PARENT, WHITE, WIDTH, LISTED, OWNER, TABLE, IDS, NEXT, REVISION = range(3, 14)
 NONE, TEXT = range(14, 16)
 NUMBER, WHOLE = WIDTH, PARENT
-{parts(PLAIN)}
+{parts(PLAIN, ITEM, HAS_LENGTH)}
+@part
+def triple_of_sequence(values):
+    if not has_length(values, 3):
+        return 0
+    x, y, z = item(values, 0), item(values, 1), item(values, 2)
+    total = x + y + z
+    if total - total != 0.0:
+        return 0
+    made = PyTuple_New(3)
+    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
+    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
+    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
+    return made
+
+@part
+def has_parent(state, given, count, at):
+    whole = word(word(state, PARENT), KIND)
+    for place in range(at, min(count, at + 2)):
+        if word(given[place], KIND) != whole:
+            return False
+    return True
+
+@part
+def set_parent(state, made, place, given, count, at):
+    if count <= at or given[at] == word(state, PARENT):
+        Py_IncRef(word(state, NONE))
+        PyTuple_SetItem(made, place, word(state, NONE))
+        return
+    if PyLong_AsLongLong(given[at]) < 0:
+        PyErr_Clear()
+        Py_IncRef(word(state, NONE))
+        PyTuple_SetItem(made, place, word(state, NONE))
+        return
+    parent, link = PyTuple_New(2), word(state, PARENT)
+    if count > at + 1:
+        link = given[at + 1]
+    Py_IncRef(given[at])
+    Py_IncRef(link)
+    PyTuple_SetItem(parent, 0, given[at])
+    PyTuple_SetItem(parent, 1, link)
+    PyTuple_SetItem(made, place, parent)
+
 @part
 def triple(state, values):
     is_tuple = word(values, KIND) == word(word(state, WHITE), KIND)
     if not is_tuple and word(values, KIND) != word(word(state, LISTED), KIND):
-        return 0
+        return triple_of_sequence(values)
     if word(values, SIZE) != 3:
         return 0
     first = ITEMS if is_tuple else 0
@@ -110,19 +152,19 @@ def line(state, given, count):
         if color != 0:
             Py_DecRef(color)
         return 0
-    made = PyTuple_New(4)
+    made = PyTuple_New(5)
     PyTuple_SetItem(made, 0, start)
     PyTuple_SetItem(made, 1, end)
     PyTuple_SetItem(made, 2, color)
     PyTuple_SetItem(made, 3, PyFloat_FromDouble(width))
+    set_parent(state, made, 4, given, count, 6)
     return made
 
 def entry(state, given, count, keywords):
     fits = keywords == 0 and 3 <= count <= 9
     if count > 5:
         fits = fits and given[5] == word(state, LIFE_TIME)
-    if count > 6:
-        fits = fits and given[6] == word(state, PARENT)
+    fits = fits and has_parent(state, given, count, 6)
     if count > 8:
         fits = fits and word(given[8], KIND) == word(word(state, PARENT), KIND)
     items = attribute(given[0], word(state, OWNER)) if fits else 0
@@ -155,7 +197,7 @@ def text(state, given, count):
         if position != 0:
             Py_DecRef(position)
         return 0
-    made = PyTuple_New(5)
+    made = PyTuple_New(6)
     Py_IncRef(given[1])
     PyTuple_SetItem(made, 0, given[1])
     PyTuple_SetItem(made, 1, position)
@@ -163,6 +205,7 @@ def text(state, given, count):
     PyTuple_SetItem(made, 3, PyFloat_FromDouble(size))
     Py_IncRef(word(state, NONE))
     PyTuple_SetItem(made, 4, word(state, NONE))
+    set_parent(state, made, 5, given, count, 7)
     return made
 
 def entry(state, given, count, keywords):
@@ -171,8 +214,7 @@ def entry(state, given, count, keywords):
         fits = fits and given[5] == word(state, LIFE_TIME)
     if count > 6:
         fits = fits and given[6] == word(state, NONE)
-    if count > 7:
-        fits = fits and given[7] == word(state, PARENT)
+    fits = fits and has_parent(state, given, count, 7)
     if count > 9:
         fits = fits and word(given[9], KIND) == word(word(state, PARENT), KIND)
     items = attribute(given[0], word(state, OWNER)) if fits else 0

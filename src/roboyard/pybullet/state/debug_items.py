@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from time import monotonic
+from typing import Any
 
 import numpy as np
 
@@ -67,8 +68,8 @@ class Points(NamedTuple):
 
 
 Item = Line | Text | Points
-Stored = Item | tuple[Triple, Triple, Triple, float] | tuple[str, Triple, Triple, float, None]
-"""Machine code stores the first fields of lines and texts that have no others as plain tuples."""
+Stored = Item | tuple[Any, ...]
+"""Machine code stores lines and texts that do not expire as plain tuples, without the last field."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -159,4 +160,4 @@ def _complete(item: Stored) -> Item:
     """Return an item with all fields."""
     if isinstance(item, Item):
         return item
-    return Line(*item) if len(item) == 4 else Text(*item)
+    return Text(*item) if isinstance(item[0], str) else Line(*item)
