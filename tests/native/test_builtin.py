@@ -16,6 +16,7 @@ def test_definitions_outlive_the_functions_that_python_reads_them_for(module):
         return a
 
     address = ctypes.cast(ctypes.pythonapi.PyObject_Vectorcall, ctypes.c_void_p).value
+    assert address is not None
     made = builtin.bound_function("f", address, function), calling.builtin(function)
     assert [call(1) for call in made] == [1, 1]
     definitions = module._definitions

@@ -47,7 +47,6 @@ def front_source(signature: FrontSignature) -> str:
 
     What it does not take goes to the Python function in the end; a number that is not finite, too.
     """
-    count = len(signature.arguments)
     passed, lines, sizes = [], [], []
     for k, argument in enumerate(signature.arguments):
         if argument.length:
@@ -96,7 +95,10 @@ def _places(signature: FrontSignature) -> list[str]:
     ways = "if"
     for place, name in enumerate((*signature.names, signature.ignored)):
         if name:
-            lines += [f"        {ways} size == {len(name)} and {_is_it(name)}:", f"            place = {place}"]
+            lines += [
+                f"        {ways} size == {len(name)} and {_is_it(name)}:",
+                f"            place = {place}",
+            ]
             ways = "elif"
     return [
         *lines,

@@ -695,16 +695,14 @@ class Engine(Generic[BodyT]):
         return self._data
 
     def velocities(self) -> Any:
-        """Return the MjData with body velocities, as of `link_velocities`, and what MuJoCo computes of them."""
+        """Return the MjData with `link_velocities`, and what MuJoCo computes of these."""
         data = self.kinematics()
         if self._velocity_moved:
             mujoco.mj_fwdVelocity(self._model, data)
             self._velocity_moved = 0
         return data
 
-    def _update_frames(
-        self, *, keeps_last: bool = True, centres: bool = False, speeds: bool = False
-    ) -> None:
+    def _update_frames(self, *, keeps_last: bool = True, centres: bool = False, speeds: bool = False) -> None:
         """Compute what has moved of positions, and on request of centres of mass and velocities of bodies."""
         updates = self.of_arrays.get(_FRAMES)
         if updates is None:

@@ -14,8 +14,8 @@ KEEP, POSES, CENTRES, SPEEDS = 1, 2, 4, 8
 """Parts of an update: the old poses are kept; poses, centres of mass and axes, velocities are computed."""
 
 mj_kinematics = c_function("mj_kinematics", "i8 i8 -> i8", library=mujoco_library)
-mj_comPos = c_function("mj_comPos", "i8 i8 -> i8", library=mujoco_library)  # noqa: N816 - MuJoCo's name
-mj_comVel = c_function("mj_comVel", "i8 i8 -> i8", library=mujoco_library)  # noqa: N816 - MuJoCo's name
+mj_comPos = c_function("mj_comPos", "i8 i8 -> i8", library=mujoco_library)
+mj_comVel = c_function("mj_comVel", "i8 i8 -> i8", library=mujoco_library)
 
 
 @compiled("i8 i8 i8 f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1]", library=mujoco_library)

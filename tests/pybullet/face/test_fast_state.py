@@ -212,8 +212,9 @@ def test_user_data_come_and_go_as_by_the_python_functions() -> None:
         *[("addUserData", (0, key, f"{key} value")) for key in ("a", "b", "c")],
         *(("getUserDataId", (0, "b")), ("getUserDataId", (0, "b", 1)), ("getUserDataId", (0, "no", -1, -1))),
         *(("getUserData", (1,)), ("getUserData", (77,)), ("getUserData", (1.5,)), ("removeUserData", (1,))),
-        *(("getUserData", (1,)), ("removeUserData", (1,)), ("removeUserData", (0,)), ("getNumUserData", (0,))),
-        *(("addUserData", (0, "d", "x")), ("addUserData", (0, "e", "y", 0, 2)), ("addUserData", (0, "f", "z"))),
+        *(("getUserData", (1,)), ("removeUserData", (1,)), ("removeUserData", (0,))),
+        *(("getNumUserData", (0,)), ("addUserData", (0, "d", "x"))),
+        *(("addUserData", (0, "e", "y", 0, 2)), ("addUserData", (0, "f", "z"))),
         *(("getUserDataInfo", (0, 0)), ("getUserDataInfo", (0, 1)), ("getUserDataId", (0, b"d"))),
         *(("addUserData", (5, "d", "x")), ("addUserData", (0, "d", "\ud800")), ("getNumUserData", (0,))),
     ]

@@ -19,8 +19,8 @@ from roboyard.pybullet.state.contacts import ANY_LINK, Place, Point, contacts_be
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.pybullet.fast.closest_search import ClosestSearch
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.pybullet.state.query_shapes import Geoms, QuerySide
     from roboyard.sim.world import World
 
@@ -210,7 +210,7 @@ def _placed(
 
 
 def _search(scene: PhysicsScene) -> ClosestSearch | None:
-    """Return the compiled search; None where triangles get geoms, with height fields or without machine code."""
+    """Return the compiled search; None with height fields, geoms of triangles or no machine code."""
     world = scene.world
     if world.windows.shows_slots:
         return None

@@ -131,9 +131,7 @@ def follow_chain(chain, row, is_moving):  # pragma: no cover
         p = _sum(p, away)
         if is_moving:
             v = _sum(v, _cross(w, away))
-        q = times(
-            q, (chain.turns[body, 0], chain.turns[body, 1], chain.turns[body, 2], chain.turns[body, 3])
-        )
+        q = times(q, (chain.turns[body, 0], chain.turns[body, 1], chain.turns[body, 2], chain.turns[body, 3]))
         for j in range(joint, joint + chain.counts[body]):
             first, axis, anchor = chain.places[j], _three(chain.axes, j), _three(chain.anchors, j)
             if chain.kinds[j] == SLIDE:

@@ -60,8 +60,10 @@ def write_base_velocity(  # pragma: no cover
         ox, oy, oz = wx, wy, wz
         if is_turned == 1:
             ox, oy, oz = _rotated(x, y, z, w, (qvel[dof + 3], qvel[dof + 4], qvel[dof + 5]))
-        vx, vy, vz = qvel[dof] + oy * az - oz * ay, qvel[dof + 1] + oz * ax - ox * az, (
-            qvel[dof + 2] + ox * ay - oy * ax
+        vx, vy, vz = (
+            qvel[dof] + oy * az - oz * ay,
+            qvel[dof + 1] + oz * ax - ox * az,
+            (qvel[dof + 2] + ox * ay - oy * ax),
         )
     total = vx + vy + vz + wx + wy + wz
     if total - total != 0.0:

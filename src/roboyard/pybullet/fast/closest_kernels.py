@@ -18,9 +18,7 @@ NUMBERS = 10
 _SLACK = 1e-9
 """Share by which bounding spheres are taken larger, and length (m)."""
 
-mj_geomDistance = c_function(  # noqa: N816 - MuJoCo's name
-    "mj_geomDistance", "i8 i8 i4 i4 f8 i8 -> f8", library=mujoco_library
-)
+mj_geomDistance = c_function("mj_geomDistance", "i8 i8 i4 i4 f8 i8 -> f8", library=mujoco_library)
 
 
 class Shapes(NamedTuple):
@@ -44,9 +42,7 @@ class Shapes(NamedTuple):
 
 CLOSEST = Bundle(
     (
-        record(
-            Shapes, "i4[::1] i4[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] i8 i8"
-        ),
+        record(Shapes, "i4[::1] i4[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] i8 i8"),
         *CHAIN.records,
     )
 )

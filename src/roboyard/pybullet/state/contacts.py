@@ -12,6 +12,7 @@ from roboyard._records import dataclass
 from roboyard.pybullet.bullet_rules.contact_order import kind_of, tangents
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.state.body_records import of_model
+
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.state_kernels import Listed
@@ -233,7 +234,7 @@ class LastStep:
         """Return the contacts as arrays that stay from step to step, and their bundle.
 
         Args:
-            places: of geoms.
+            places: (ngeom, 4) of geoms, see `places`.
             count: number of contacts, for which there is room.
 
         Returns:

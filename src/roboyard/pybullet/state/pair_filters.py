@@ -6,7 +6,7 @@ MuJoCo's contype and conaffinity; Bullet's own default requires both.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING
 

@@ -391,9 +391,7 @@ class PhysicsScene:
         if self._margin_shapes is None:
             from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
 
-            self._margin_shapes = MarginShapes(
-                self.world, self.geom_margins, self.shown_geoms, self.filters
-            )
+            self._margin_shapes = MarginShapes(self.world, self.geom_margins, self.shown_geoms, self.filters)
         return self._margin_shapes
 
     def shown_geoms(self, geoms: Any, mask: int) -> Any:

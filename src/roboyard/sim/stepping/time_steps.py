@@ -391,7 +391,7 @@ class Stepping:
         return out
 
     def contacts_in_place(self) -> tuple[Contacts, Array, np.ndarray] | None:
-        """Return contacts of the last step, forces of its rows, and counts, of which contacts are the first.
+        """Return contacts of the last step, (n,) forces of its rows, and (6,) counts, that of contacts first.
 
         The arrays may be longer, and stay from step to step; a contact's rows are numbered as
         `contact_row_kernels.NUMBERED` says. None where MuJoCo made the rows.
