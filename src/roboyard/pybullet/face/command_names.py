@@ -133,6 +133,7 @@ KEPT_ANSWERS = frozenset(
         "getNumJoints",
         "getNumUserData",
         "getUserData",
+        "getUserDataId",
         "getUserDataInfo",
         "getVisualShapeData",
     )
