@@ -171,3 +171,16 @@ def test_loops_whose_constants_depend_on_more_than_sources_are_loaded_with_their
         ("2.0", "[0.0, 4.0, 8.0]"),
     ):
         assert run(tmp_path, RUN_CLOSED, SIZE=size).startswith(f"{wanted} True")
+
+
+def test_sources_that_do_not_decide_all_constants_are_parsed_once(tmp_path: Path) -> None:
+    package(tmp_path, CLOSED)
+    (tmp_path / "pair" / "sizes.py").write_text("import os\nFACTOR = 0.5")
+    program = RUN_CLOSED + "print('roboyard.native.known_places' in sys.modules, PARSED)"
+    program = program.replace(
+        "home = ",
+        "from roboyard.native import known_places\nPARSED = []\nparse = known_places._closed_sources\n"
+        "known_places._closed_sources = lambda module: PARSED.append(module) or parse(module)\nhome = ",
+    )
+    found = [run(tmp_path, program).split("\n")[-1] for _ in range(3)]
+    assert found == ["True ['pair.loops']", "True []", "True []"]
