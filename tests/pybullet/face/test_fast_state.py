@@ -121,6 +121,22 @@ def test_velocities_of_bases_are_those_of_the_python_function(robot: int, given:
         np.testing.assert_allclose(p.getBaseVelocity(robot)[0], given[0], rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    "velocities",
+    [None, [[1.0], [2.0], [-3.0]], [[1], [2], [3]], [(), (), ()], [[1.0], [float("nan")], [2.0]], [[1.0]]],
+)
+def test_joints_that_are_set_together_are_as_set_one_by_one(robot: int, velocities: Any) -> None:
+    joints, positions = [2, 3, 6], [[0.1], [0.2], [-0.3]]
+    given = (positions, velocities) if velocities is not None else (positions,)
+    found = outcome(p.resetJointStatesMultiDof, robot, joints, *given)
+    assert found is None or found[0] is p.error
+    if found is not None:
+        return
+    for place, joint in enumerate(joints):
+        speed = velocities[place][0] if velocities and velocities[place] else 0.0
+        assert p.getJointState(robot, joint)[:2] == (positions[place][0], float(speed))
+
+
 def test_torques_add_up_as_by_the_python_function(robot: int) -> None:
     calls: list[tuple[Any, ...]] = [
         ([2, 3], [1.0, 2.0]),

@@ -88,8 +88,10 @@ class JointGroup(Protocol):
         """Return the fields of getJointStateMultiDof of each joint, if `is_free`; `forces` (nv,) as above."""
         ...
 
-    def write(self, record: BodyRecord, positions: Sequence[float]) -> None:
-        """Put the joints at (n,) positions (rad or m), at rest, if `is_free`."""
+    def write(
+        self, record: BodyRecord, positions: Sequence[float], velocities: Sequence[float] | None = None
+    ) -> None:
+        """Put the joints at (n,) positions (rad or m), at rest or with (n,) speeds, if `is_free`."""
         ...
 
 
