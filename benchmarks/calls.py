@@ -106,6 +106,9 @@ def transforms(p: Any, *bodies: int) -> Calls:
         "calculateVelocityQuaternion": lambda: p.calculateVelocityQuaternion(q, r, 0.1),
         "computeViewMatrix": lambda: p.computeViewMatrix([1, 1, 1], [0, 0, 0], [0, 0, 1]),
         "computeViewMatrixFromYawPitchRoll": lambda: p.computeViewMatrixFromYawPitchRoll(v, 1, 30, -20, 0, 2),
+        "computeViewMatrix, keywords": lambda: p.computeViewMatrix(
+            cameraEyePosition=[1, 1, 1], cameraTargetPosition=[0, 0, 0], cameraUpVector=[0, 0, 1]
+        ),
         "computeProjectionMatrix": lambda: p.computeProjectionMatrix(-1, 1, -1, 1, 0.1, 10),
         "computeProjectionMatrixFOV": lambda: p.computeProjectionMatrixFOV(60, 1, 0.1, 10),
     }
@@ -174,10 +177,12 @@ def queries(p: Any, robot: int, arm: int, cube: int) -> Calls:
         "getContactPoints": lambda: p.getContactPoints(robot),
         "getContactPoints, two bodies": lambda: p.getContactPoints(arm, cube),
         "getClosestPoints": lambda: p.getClosestPoints(arm, cube, 2.0),
+        "getClosestPoints, far apart": lambda: p.getClosestPoints(arm, robot, 0.1),
         "getAABB": lambda: p.getAABB(cube),
         "getAABB, link": lambda: p.getAABB(arm, 3),
         "getOverlappingObjects": lambda: p.getOverlappingObjects([0, -1, 0], [3, 1, 2]),
         "rayTest": lambda: p.rayTest([0, 0, 5], [0, 0, -5]),
+        "rayTest, mask": lambda: p.rayTest([0, 0, 5], [0, 0, -5], 1),
         "rayTestBatch, 64": lambda: p.rayTestBatch(starts, ends),
         "calculateInverseKinematics": lambda: p.calculateInverseKinematics(arm, 6, [1.6, 0.2, 0.6]),
         "calculateInverseKinematics2": lambda: p.calculateInverseKinematics2(arm, [6], [[1.6, 0.2, 0.6]]),
@@ -230,6 +235,9 @@ def commands(p: Any, robot: int, arm: int, cube: int) -> Calls:
         ),
         "setJointMotorControlArray, forces": lambda: p.setJointMotorControlArray(
             arm, range(7), p.POSITION_CONTROL, [0.0] * 7, forces=[50.0] * 7
+        ),
+        "setJointMotorControlArray, torque": lambda: p.setJointMotorControlArray(
+            robot, [2, 3], p.TORQUE_CONTROL, forces=[0.1, 0.1]
         ),
         "setJointMotorControlMultiDof": lambda: p.setJointMotorControlMultiDof(
             arm, 2, p.POSITION_CONTROL, [0.1], force=[100]
@@ -306,6 +314,11 @@ def alternated(p: Any, robot: int, arm: int, cube: int) -> Calls:
         "stepSimulation, getJointState": step_and(lambda: p.getJointState(arm, 2)),
         "stepSimulation, getJointStates": step_and(lambda: p.getJointStates(arm, range(7))),
         "stepSimulation, getLinkState": step_and(lambda: p.getLinkState(arm, 6)),
+        "stepSimulation, getLinkState, velocity": step_and(
+            lambda: p.getLinkState(arm, 6, computeLinkVelocity=1, computeForwardKinematics=1)
+        ),
+        "stepSimulation, getAABB": step_and(lambda: p.getAABB(cube)),
+        "stepSimulation, getClosestPoints": step_and(lambda: p.getClosestPoints(robot, cube, 0.5)),
         "stepSimulation, calculateJacobian": step_and(
             lambda: p.calculateJacobian(arm, 6, zero, [0.1] * 7, [0.0] * 7, [0.0] * 7)
         ),

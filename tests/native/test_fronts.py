@@ -60,9 +60,32 @@ def test_the_python_function_takes_the_rest(front: Any, vector: Any) -> None:
     assert front(vector, 2.0)[0] == "python"
 
 
+def test_it_takes_its_arguments_by_name(front: Any) -> None:
+    given = [1.5, 3.0]
+    for found in (
+        front(given, factor=2.0),
+        front(vector=given, factor=2.0),
+        front(factor=2.0, vector=given),
+        front(unused=3, factor=2.0, vector=given),
+        front(given, unused=3, factor=2.0),
+    ):
+        assert found == ((3.0, 6.0), 0.5)
+    assert front(vector=given, factor=2.0, mark="x") == ("python", given, 2.0, "x")
+    assert front(vector=given, factor="2") == ("python", given, "2", "")
+    for keywords, message in (
+        ({"vector": given}, "missing 1 required"),
+        ({"vector": given, "factor": 2.0, "vectoR": given}, "unexpected keyword"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            front(**keywords)
+    with pytest.raises(TypeError, match="multiple values"):
+        front(given, vector=given)
+    with pytest.raises(TypeError, match="multiple values"):
+        front(given, 2.0, vector=given, factor=2.0)
+
+
 def test_the_python_function_takes_other_calls(front: Any) -> None:
     given = [1.0, 2.0]
-    assert front(given, factor=2.0) == ("python", given, 2.0, "")
     assert front(given, 2.0, 0, "mark") == ("python", given, 2.0, "mark")
     assert front(given, 2.0, mark="x") == ("python", given, 2.0, "x")
     assert front(given, 2.0, mark="a", unused=1) == ("python", given, 2.0, "a")

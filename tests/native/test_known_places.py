@@ -193,3 +193,16 @@ def test_the_loop_of_a_step_is_loaded_without_its_modules() -> None:
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "True"
+
+
+def test_sources_that_do_not_decide_all_constants_are_parsed_once(tmp_path: Path) -> None:
+    package(tmp_path, CLOSED)
+    (tmp_path / "pair" / "sizes.py").write_text("import os\nFACTOR = 0.5")
+    program = RUN_CLOSED + "print('roboyard.native.known_places' in sys.modules, PARSED)"
+    program = program.replace(
+        "home = ",
+        "from roboyard.native import known_places\nPARSED = []\nparse = known_places._closed_sources\n"
+        "known_places._closed_sources = lambda module: PARSED.append(module) or parse(module)\nhome = ",
+    )
+    found = [run(tmp_path, program).split("\n")[-1] for _ in range(3)]
+    assert found == ["True ['pair.loops']", "True []", "True []"]

@@ -132,7 +132,7 @@ def machine_code(
         from roboyard.native.front_entries import front_source, helpers
 
         options: dict[str, Any] = {**WITHIN, "_nrt": False}
-        values |= helpers(njit(**options))
+        values |= helpers(njit(**options), _word) | {"words": _words}
         return _compiled(front_source(signature), values, 4, name, is_small)
     if isinstance(signature, CallbackSignature):
         return _compiled_callback(signature, values, name, is_small)

@@ -24,8 +24,10 @@ _new = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.POINTER(_Definition), ctypes.p
     ("PyCFunction_NewEx", ctypes.pythonapi)
 )
 _definitions: list[_Definition] = []
-_made: dict[Any, tuple[FunctionType, _Definition]] = {}
-"""Builtin function to its Python source, and to the definition that it refers to."""
+"""They outlive all modules: Python reads them once more when it frees a builtin function at its very end."""
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(_definitions))
+_made: dict[Any, FunctionType] = {}
+"""Builtin function to its Python source."""
 
 
 def builtin_function(function: FunctionType, address: int) -> Any:
@@ -38,8 +40,9 @@ def builtin_function(function: FunctionType, address: int) -> Any:
     definition = _Definition(
         function.__name__.encode(), address, _FASTCALL, (function.__doc__ or "").encode() or None
     )
+    _definitions.append(definition)
     made = _new(ctypes.byref(definition), None, function.__module__)
-    _made[made] = function, definition
+    _made[made] = function
     return made
 
 
@@ -73,5 +76,5 @@ def bound_function(name: str, address: int, state: object) -> Any:
 def source_function(called: Any) -> Any:
     """Return the Python source of a loop, loaded or not; any other object as it is."""
     if called in _made:
-        return _made[called][0]
+        return _made[called]
     return getattr(called, "py_func", called)

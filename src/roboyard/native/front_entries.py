@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -19,12 +20,13 @@ def number(given):
         return np.nan
     return value
 
-def is_ignored(keywords, name):
-    if PyTuple_Size(keywords) != 1:
-        return False
-    given = PyTuple_GetItem(keywords, 0)
-    if PyUnicode_GetLength(given) != len(name):
-        return False
+def is_named(text, size, name):
+    for place in range(len(name) - 1):
+        if word(text, place) != name[place]:
+            return False
+    return word(text + size - 8, 0) == name[len(name) - 1]
+
+def is_short(given, name):
     for place in range(len(name)):
         if PyUnicode_ReadChar(given, place) != name[place]:
             return False
@@ -32,11 +34,11 @@ def is_ignored(keywords, name):
 """
 
 
-def helpers(part: Callable[[Any], Any]) -> dict[str, Any]:
-    """Return name to compiled function of what an entry calls; `part` compiles one."""
-    values: dict[str, Any] = {"np": np, **PYTHON}
+def helpers(part: Callable[[Any], Any], word: Any) -> dict[str, Any]:
+    """Return name to compiled function of what an entry calls; `part` compiles one, `word` reads memory."""
+    values: dict[str, Any] = {"np": np, "word": word, **PYTHON}
     exec(compile(_HELPERS + ITEM + HAS_LENGTH, "<front>", "exec"), values)  # noqa: S102 - our own source
-    names = ("number", "item", "has_length", "is_ignored")
+    names = ("number", "item", "has_length", "is_named", "is_short")
     return {name: part(values[name]) for name in names}
 
 
@@ -45,14 +47,13 @@ def front_source(signature: FrontSignature) -> str:
 
     What it does not take goes to the Python function in the end; a number that is not finite, too.
     """
-    count = len(signature.arguments)
     passed, lines, sizes = [], [], []
     for k, argument in enumerate(signature.arguments):
         if argument.length:
-            sizes.append(f"has_length(given[{k}], {argument.length})")
+            sizes.append(f"has_length(read[{k}], {argument.length})")
         for place in range(max(1, argument.length)):
             name = f"a{len(passed)}"
-            read = f"item(given[{k}], {place})" if argument.length else f"number(given[{k}])"
+            read = f"item(read[{k}], {place})" if argument.length else f"number(read[{k}])"
             lines.append(f"{name} = {_rounded(argument.dtype, read)}")
             passed.append(name)
     lines.append(f"total = {' + '.join(passed)}")
@@ -66,13 +67,59 @@ def front_source(signature: FrontSignature) -> str:
             place += 1
     inner += [f"total = {' + '.join(made)}", "if total - total == 0.0:"]
     inner += [f"    {line}" for line in _tuples(signature)]
-    takes = f"keywords == 0 or is_ignored(keywords, {tuple(signature.ignored.encode())})"
     body = [f"    {line}" for line in (*lines, *(f"    {line}" for line in inner))]
-    head = f"if ({takes if signature.ignored else 'keywords == 0'}) and count == {count}:"
     if sizes:
         body = [f"    if {' and '.join(sizes)}:", *(f"    {line}" for line in body)]
-    lines = [head, *body, "return PyObject_Vectorcall(callee, given, count, keywords)"]
+    last = "return PyObject_Vectorcall(callee, given, count, keywords)"
+    lines = [*_places(signature), "if fits:", *body, last]
     return "\n    ".join(["def entry(callee, given, count, keywords):", *lines])
+
+
+def _places(signature: FrontSignature) -> list[str]:
+    """Return the lines that make `read` the arguments in their order, and `fits` whether these are all."""
+    count = len(signature.arguments)
+    lines = [
+        f"read, fits = given, count == {count}",
+        "if keywords != 0:",
+        f"    read, fits, total = words(), count <= {count}, count",
+        f"    for k in range({count}):",
+        "        if k < count:",
+        "            read[k] = given[k]",
+        "    for k in range(PyTuple_Size(keywords)):",
+        "        name, place = PyTuple_GetItem(keywords, k), -1",
+        "        size, text = PyUnicode_GetLength(name), PyUnicode_AsUTF8AndSize(name, 0)",
+        "        if text == 0:",
+        "            PyErr_Clear()",
+        "            size = -1",
+    ]
+    ways = "if"
+    for place, name in enumerate((*signature.names, signature.ignored)):
+        if name:
+            lines += [
+                f"        {ways} size == {len(name)} and {_is_it(name)}:",
+                f"            place = {place}",
+            ]
+            ways = "elif"
+    return [
+        *lines,
+        f"        if place == {count}:",
+        "            continue",
+        "        fits = fits and place >= count",
+        "        if fits:",
+        "            read[place] = given[count + k]",
+        "            total += 1",
+        f"    fits = fits and total == {count}",
+    ]
+
+
+def _is_it(name: str) -> str:
+    """Return what compares a keyword with a name: eight bytes at once, the last ones up to its end."""
+    text = name.encode()
+    if len(text) < 8:
+        return f"is_short(name, {tuple(text)})"
+    starts = [*range(0, len(text) - 7, 8), len(text) - 8]
+    words = tuple(int.from_bytes(text[k : k + 8], sys.byteorder, signed=True) for k in starts)
+    return f"is_named(text, size, {words})"
 
 
 def _rounded(dtype: str, value: str) -> str:

@@ -1,16 +1,16 @@
 """Machine code in front of a Python function: it takes plain calls with numbers and vectors.
 
 Such a function is called with sequences of numbers and returns tuples of them. The machine code reads the
-arguments as Python's C interface does, calls a compiled core and makes the tuples. Irregular calls (a
-keyword, a wrong length, text, a number that is not finite) go to the Python function, which knows all rules
-and errors.
+arguments as Python's C interface does, calls a compiled core and makes the tuples. Irregular calls (an
+unknown keyword, a wrong length, text, a number that is not finite) go to the Python function, which knows all
+rules and errors.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from types import FunctionType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from roboyard.native.signatures import DTYPES, EntrySignature, FrontSignature, Numbers
 
@@ -69,13 +69,15 @@ def fronted(core: Any, text: str, *, ignored: str = "") -> Callable[[F], F]:
         TypeError: the core has another number of arguments.
     """
     before, _, after = text.partition("->")
-    signature = FrontSignature(_numbers(before), _numbers(after), ignored)
+    arguments, results = _numbers(before), _numbers(after)
+    signature = FrontSignature(arguments, results, ignored)
     wanted = sum(max(1, given.length) for given in signature.arguments)
     if core.__code__.co_argcount != wanted:
         raise TypeError(f"{core.__name__} has {core.__code__.co_argcount} arguments, {text!r} has {wanted}")
 
     def decorate(function: F) -> F:
-        vars(function)["front"] = Front(core, signature)
+        names: tuple[str, ...] = cast(FunctionType, function).__code__.co_varnames[: len(arguments)]
+        vars(function)["front"] = Front(core, FrontSignature(arguments, results, ignored, names))
         return function
 
     return decorate

@@ -108,7 +108,7 @@ class KnownPlaces:
         if blob is not None:
             path, image, files, states = marshal.loads(blob)  # noqa: S302 - the user's own
             if _states(files.split("\n")) == states:
-                return path, image
+                return None if image is None else (path, image)
         self._missed.add(key)
         return None
 
@@ -117,11 +117,13 @@ class KnownPlaces:
         loop: Any = vars(sys.modules[function.__module__]).get(function.__name__)
         if getattr(loop, "py_func", None) is not function or loop.library or loop.signature is not signature:
             return
-        sources = _closed_sources(function.__module__)
-        states = _states(sources or [""])
-        if sources and states is not None:
+        sources, found = _closed_sources(function.__module__), image
+        if not sources:  # later processes need not look again as long as its own source is the same
+            sources, found = [function.__code__.co_filename], None
+        states = _states(sources)
+        if states is not None:
             key = _closed_key(function.__module__, function.__name__)
-            self._known[key] = marshal.dumps((path, image, "\n".join(sources), states))
+            self._known[key] = marshal.dumps((path, found, "\n".join(sources), states))
             self._is_new = True
 
     def close(self) -> None:

@@ -191,6 +191,8 @@ class FrontSignature:
     results: tuple[Numbers, ...]
     ignored: str
     """Name of a keyword that changes nothing, "" for none."""
+    names: tuple[str, ...] = ()
+    """Names of the arguments, which may be keywords."""
     fast_math: bool = False
     no_nan: bool = False
 

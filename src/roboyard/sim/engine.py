@@ -20,6 +20,7 @@ from roboyard.sim.build.solver_options import (
     new_spec,
 )
 from roboyard.sim.discarded_worlds import WORLDS
+from roboyard.sim.frame_updates import CENTRES, KEEP, POSES, SPEEDS, FrameUpdates
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
 from roboyard.sim.pool.kept_worlds import CompileKey, Compiles, FormerWorld, KeptWorld, keep
@@ -38,6 +39,9 @@ MOST_COMPILES = 2
 """Compiles at one moment after which a new body is read alone instead."""
 
 
+ALL_MOVED, FORCES_MOVED = 1, 2
+_FRAMES = "frames"
+"""Name in `Engine.of_arrays`."""
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 _BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
 _SLEEPS = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
@@ -95,7 +99,8 @@ class Engine(Generic[BodyT]):
         """Whether a fixed body was moved in the spec alone since the last compile."""
         self._centres_moved = True
         """Whether body frames were computed since what is computed of them."""
-        self._velocity_moved = True
+        self._velocity_moved: int = ALL_MOVED
+        """Which velocities have to be computed: those of bodies and what MuJoCo computes of them, or that."""
         self.keeps_frames = False
         """Whether body frames of the last step are kept in `kept_frames` when they are brought up to date."""
         self.kept_frames: tuple[Array, Array] | None = None
@@ -495,8 +500,8 @@ class Engine(Generic[BodyT]):
         """
         if not self.is_stale or self._compiles_there < MOST_COMPILES or self._compiled_at != self.time:
             return None
-        if body.mujoco_ids[0] > 0:
-            return None  # it has rows
+        if body.mujoco_ids[0] > 0 or any(key == body.id for key, _ in self.long_axes):
+            return None  # it has rows, or velocities that MuJoCo does not compute
         found, place, plan = self._lone.get(body.id), body.placed, body.plan_of_tree
         if place is None or plan is None:
             return None
@@ -736,10 +741,7 @@ class Engine(Generic[BodyT]):
 
     def _frames_so_far(self, *, keeps_last: bool) -> Any:
         if self.is_moved:
-            if keeps_last and self.keeps_frames and self.kept_frames is None:
-                self.kept_frames = self._data.xpos.copy(), self._data.xquat.copy()
-            mujoco.mj_kinematics(self._model, self._data)
-            self.is_moved, self._centres_moved = False, True
+            self._update_frames(keeps_last=keeps_last)
         return self._data
 
     def kinematics(self) -> Any:
@@ -747,16 +749,19 @@ class Engine(Generic[BodyT]):
 
         So do centres of mass of trees and axes of motion.
         """
-        data = self.link_frames(keeps_last=True)
-        if self._centres_moved:
-            if self._inertia_changed:
-                self._sum_inertia()
-            mujoco.mj_comPos(self._model, data)
-            lengths = self.axis_lengths()
-            if lengths is not None:
-                data.cdof *= lengths[:, None]
-            self._centres_moved = False
-        return data
+        if self.is_stale:
+            self.ensure_compiled()
+        if self.is_moved or self._centres_moved:
+            self._update_frames(centres=True)
+        return self._data
+
+    def link_velocities(self) -> Any:
+        """Return the MjData with positions and body velocities (cvel) that agree with qpos and qvel."""
+        if self.is_stale:
+            self.ensure_compiled()
+        if self.is_moved or self._centres_moved or self._velocity_moved == ALL_MOVED:
+            self._update_frames(centres=True, speeds=True)
+        return self._data
 
     def axis_lengths(self) -> Array | None:
         """Return the (nv,) lengths of the axes of degrees of freedom; None where all are 1.
@@ -775,12 +780,39 @@ class Engine(Generic[BodyT]):
         return self._lengths[1]
 
     def velocities(self) -> Any:
-        """Return the MjData with positions and body velocities (cvel) that agree with qpos and qvel."""
+        """Return the MjData with `link_velocities`, and what MuJoCo computes of these."""
         data = self.kinematics()
         if self._velocity_moved:
             mujoco.mj_fwdVelocity(self._model, data)
-            self._velocity_moved = False
+            self._velocity_moved = 0
         return data
+
+    def _update_frames(self, *, keeps_last: bool = True, centres: bool = False, speeds: bool = False) -> None:
+        """Compute what has moved of positions, and on request of centres of mass and velocities of bodies."""
+        updates = self.of_arrays.get(_FRAMES)
+        if updates is None:
+            updates = self.of_arrays[_FRAMES] = FrameUpdates(self._model, self._data)
+        parts = 0
+        if self.is_moved:
+            parts = POSES
+            if keeps_last and self.keeps_frames and self.kept_frames is None:
+                parts |= KEEP
+                self.kept_frames = updates.kept
+            self.is_moved, self._centres_moved = False, True
+        if centres and self._centres_moved:
+            if self._inertia_changed:
+                self._sum_inertia()
+            parts |= CENTRES
+            self._centres_moved = False
+        if speeds and self._velocity_moved == ALL_MOVED:
+            parts |= SPEEDS
+            self._velocity_moved = FORCES_MOVED
+        lengths = self.axis_lengths()
+        if lengths is not None and parts & CENTRES:
+            updates.update(parts & ~SPEEDS)
+            self._data.cdof *= lengths[:, None]
+            parts &= SPEEDS
+        updates.update(parts)
 
     def object_velocity(self, row: int, *, at_inertial: bool) -> tuple[Array, Array]:
         """Return linear (3,) (m/s) and angular (3,) (rad/s) velocity of a MuJoCo body in the world frame.

@@ -160,8 +160,9 @@ def test_boxes_are_those_of_the_python_function(robot: int) -> None:
             for body in (0, robot):
                 if body or link == -1:
                     expected = python("getAABB", body, link)
-                    assert p.getAABB(body, link) == p.getAABB(body, link, physicsClientId=0) == expected
-        assert p.getAABB(robot) == python("getAABB", robot)
+                    for found in (p.getAABB(body, link), p.getAABB(body, link, physicsClientId=0)):
+                        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(p.getAABB(robot), python("getAABB", robot), rtol=0, atol=1e-14)
     for wrong in ((robot, 99), (robot, -2), (robot, 1.0), (99,), (-1,), ("a",)):
         with pytest.raises((TypeError, p.error)):
             p.getAABB(*wrong)

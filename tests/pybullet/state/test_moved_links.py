@@ -51,11 +51,53 @@ def test_links_are_where_all_kinematics_has_them(robots: list[int], steps: int) 
         alone = [p.getLinkState(*link) for link in links]
         assert scene.single_reads == len(links)
         assert scene.world.is_moved
-        together = [p.getLinkState(*link, computeLinkVelocity=1)[:6] for link in links]
+        moving = [p.getLinkState(*link, computeLinkVelocity=1) for link in links]
+        assert scene.world.is_moved
+        together = [p.getLinkStates(body, [link], computeLinkVelocity=1)[0] for body, link in links]
         assert scene.single_reads == 0
+        for one, same, other in zip(alone, moving, together, strict=True):
+            for a, b, c in zip(one, same, other, strict=False):
+                np.testing.assert_allclose(a, c, rtol=0, atol=1e-13)
+                np.testing.assert_allclose(b, c, rtol=0, atol=1e-13)
+            np.testing.assert_allclose(same[6], other[6], rtol=0, atol=1e-12)
+            np.testing.assert_allclose(same[7], other[7], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("is_fresh", [0, 1])
+def test_velocities_after_a_step_are_those_of_all_kinematics(robots: list[int], is_fresh: int) -> None:
+    source = random.Random(2)
+    scene: Any = CLIENTS[0].scene  # type: ignore[union-attr]
+    for body in robots:
+        for joint in range(10):
+            if KINDS[joint % 5] == "spherical":
+                p.setJointMotorControlMultiDof(body, joint, p.POSITION_CONTROL, [0, 0, 0, 1], force=[0, 0, 0])
+            elif KINDS[joint % 5] != "fixed":
+                p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, force=0)
+    p.setGravity(0, 0, -9.8)
+    for _ in range(30):
+        p.applyExternalTorque(robots[0], -1, [source.gauss(0, 30) for _ in range(3)], p.LINK_FRAME)
+        p.stepSimulation()
+        links = [(body, source.randrange(10)) for body in 4 * robots]
+        alone = [p.getLinkState(*link, 1, is_fresh) for link in links]
+        assert scene.world.is_moved
+        together = [p.getLinkStates(body, [link], 1, is_fresh)[0] for body, link in links]
+        assert not scene.world.is_moved
         for one, other in zip(alone, together, strict=True):
             for a, b in zip(one, other, strict=True):
-                np.testing.assert_allclose(a, b, rtol=0, atol=1e-13)
+                np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.usefixtures("robots")
+def test_boxes_of_moved_links_are_those_of_all_kinematics() -> None:
+    cube = p.createMultiBody(1, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3]))
+    scene: Any = CLIENTS[0].scene  # type: ignore[union-attr]
+    for k in range(5):
+        p.resetBasePositionAndOrientation(cube, [k, 0, 1], [0.1, 0.2 * k, 0.3, 0.9])
+        alone = p.getAABB(cube)
+        assert scene.world.is_moved
+        together = [p.getAABB(cube) for _ in range(20)][-1]
+        assert not scene.world.is_moved
+        np.testing.assert_allclose(alone, together, rtol=0, atol=1e-14)
 
 
 def test_frames_of_all_are_computed_where_many_are_read(robots: list[int]) -> None:

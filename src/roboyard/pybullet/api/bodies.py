@@ -13,7 +13,9 @@ from roboyard.errors import RoboyardError
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.face.arguments import quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import error, failure
+from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_bases
 from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
 from roboyard.pybullet.state.frames import cross, inertial_pose, link_pose, rotated
 
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from roboyard.description.model import Pose
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
 _PACK_POSE, _PACK_SPEED = Struct("7d").pack_into, Struct("6d").pack_into
@@ -178,6 +181,8 @@ def resetBasePositionAndOrientation(
         _PACK_POSE(positions, record.base_bytes, x, y, z, w, i, j, k)
         _PACK_SPEED(speeds, record.base_speed_bytes, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         world.mark_moved()
+        if is_machine_code("resetBasePositionAndOrientation"):
+            _prepare(scene, record)
     record.fixed_poses = None
     scene.frames_are_old = True
 
@@ -244,10 +249,14 @@ def resetBaseVelocity(
     if total - total != 0.0:  # inf and nan alike
         raise RoboyardError(f"body {record.name!r}: a velocity must be finite, got {linear} and {angular}")
     if total == 0.0 and not any(linear) and not any(angular):
+        if is_machine_code("resetBaseVelocity"):
+            _prepare(scene, record)
         _PACK_SPEED(record.words[1], record.base_speed_bytes, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         scene.world.mark_moved()
         scene.frames_are_old = True
         return
+    if is_machine_code("resetBaseVelocity"):
+        _prepare(scene, record)
     x, y, z, w = _orientation(record)
     if not record.base_is_plain:
         lever = cross(angular, rotated((x, y, z, w), record.base_frame.position))
@@ -256,6 +265,26 @@ def resetBaseVelocity(
     _PACK_SPEED(record.words[1], record.base_speed_bytes, *linear, *turned)
     scene.world.mark_moved()
     scene.frames_are_old = True
+
+
+def _prepare(scene: PhysicsScene, record: BodyRecord) -> None:
+    """Let machine code put and move a floating base."""
+    world, body = scene.world, record.body
+    known = world.prepared.get("bases")
+    if (
+        known is None
+        or record.number in known
+        or record.soft is not None
+        or body.free_qpos < 0
+        or world.is_stale
+        or record.revision != world.revision
+    ):
+        return
+    frame = record.base_frame
+    known[record.number] = (
+        *(scene, world, record, record.qpos, record.qvel, np.array([body.free_qpos, body.free_dof])),
+        *(np.array([*frame.position, *frame.quaternion], dtype=float),),
+    )
 
 
 def _orientation(record: BodyRecord) -> tuple[float, float, float, float]:
@@ -285,3 +314,6 @@ def _three(velocity: Vector | None) -> Triple | None:
         return vector3(velocity, "")
     except error:
         return 0.0, 0.0, 0.0
+
+
+START.later(replace_bases)

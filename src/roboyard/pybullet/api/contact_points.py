@@ -12,16 +12,22 @@ import numpy as np
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
+from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_contacts
+from roboyard.pybullet.state.body_records import NO_SIDE, Side, side_of
 from roboyard.pybullet.state.contacts import ANY_LINK, Place, Point, contacts_between, touching
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
+    from roboyard.pybullet.fast.closest_search import ClosestSearch
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.pybullet.state.query_shapes import Geoms, QuerySide
     from roboyard.sim.world import World
 
 Vector = Sequence[float]
 _ZEROS = (0.0, 0.0, 0.0)
+_SEARCH = "closest points"
+"""Name in `Engine.of_arrays`."""
 _FIELD = 1
 """MuJoCo's type of height fields."""
 
@@ -46,6 +52,8 @@ def getContactPoints(
     wanted = whole(bodyA), whole(bodyB), whole(linkIndexA), whole(linkIndexB)
     found = contacts_between(client.scene, wanted)
     if found is not None:
+        if is_machine_code("getContactPoints"):
+            client.scene.last_step.prepare()
         return found
     rows = [_selected(pair, point, wanted) for pair, point in touching(client.scene)]
     return tuple([row for row in rows if row is not None]) if rows else ()
@@ -101,11 +109,14 @@ def getClosestPoints(
     limit = number(distance)
     if collisionShapeA == collisionShapeB == -1:
         _show_triangles(scene.world, limit)
-        first, second = (
-            _geoms_of(scene, whole(body), whole(link))
-            for body, link in ((bodyA, linkIndexA), (bodyB, linkIndexB))
-        )
-        return _closest_points(scene, scene.world, first, second, limit)
+        first = _geoms_of(scene, whole(bodyA), whole(linkIndexA))
+        second = _geoms_of(scene, whole(bodyB), whole(linkIndexB))
+        if not first.places or not second.places:
+            return ()
+        search = _search(scene)
+        if search is None:
+            return _closest_points(scene, scene.world, first.places, second.places, limit)
+        return search.points(first, second, limit)
     from roboyard.pybullet.state.query_shapes import QuerySide
 
     sides = (
@@ -192,25 +203,43 @@ def _placed(
                 stack.callback(scene.world.remove, body)
         _show_triangles(scene.world, limit)
         one, two = (
-            _geoms_of(scene, side.body, side.link) if body is None else query_geoms(body)
+            _geoms_of(scene, side.body, side.link).places if body is None else query_geoms(body)
             for side, body in zip((first, second), added, strict=True)
         )
         yield scene.world, one, two
 
 
-def _geoms_of(scene: PhysicsScene, body: int, link: int) -> Geoms:
-    """Return (body, link, MuJoCo geom) of the collision shapes of a body, or of one of its links."""
+def _search(scene: PhysicsScene) -> ClosestSearch | None:
+    """Return the compiled search; None with height fields, geoms of triangles or no machine code."""
+    world = scene.world
+    if world.windows.shows_slots:
+        return None
+    known = world.of_arrays
+    if _SEARCH not in known:
+        from roboyard.pybullet.fast.closest_search import closest_search
+
+        known[_SEARCH] = closest_search(scene)
+    found: ClosestSearch | None = known[_SEARCH]
+    return found if found is None or found.scene is scene else None
+
+
+def _geoms_of(scene: PhysicsScene, body: int, link: int) -> Side:
+    """Return the collision shapes of a body, or of one of its links."""
     if body not in scene.bodies:
-        return []
+        return NO_SIDE
     record = scene.ready(body, "")
-    found = record.geoms
+    sides = record.sides
+    if sides is None:
+        sides = record.sides = {}
+    found = sides.get(link)
     if found is None:
-        found = record.geoms = [
+        found = sides[link] = side_of(
             (body, index - 1, geom)
             for index, handle in enumerate(record.body.links)
+            if link in (ANY_LINK, index - 1)
             for geom in handle.geom_ids
-        ]
-    return found if link == ANY_LINK else [place for place in found if place[1] == link]
+        )
+    return found
 
 
 def _on_field(
@@ -276,3 +305,6 @@ def _closest(
         *((bx + margin_b * x, by + margin_b * y, bz + margin_b * z),),
         *((x, y, z), gap - (margin_a + margin_b), 0.0, 0.0, _ZEROS, 0.0, _ZEROS),
     )
+
+
+START.later(replace_contacts)

@@ -149,6 +149,8 @@ def setJointMotorControlArray(
         joints, positions, velocities, largest, kps, kds, strict=True
     ):
         _drive(scene, record, joint, controlMode, position, velocity, force, kp, kd, -1.0)
+    if controlMode == c.TORQUE_CONTROL and is_machine_code("setJointMotorControlArray"):
+        _prepare_torques(scene, record)
 
 
 @command()
@@ -260,6 +262,20 @@ def _prepare(client: Client, record: BodyRecord) -> None:
     known = world.prepared.get("motors")
     if known is not None and record.number not in known and not world.is_stale:
         known[record.number] = motors.prepared(client.parameters)
+
+
+def _prepare_torques(scene: PhysicsScene, record: BodyRecord) -> None:
+    """Let machine code add torques of a body's joints."""
+    world = scene.world
+    known = world.prepared.get("torques")
+    if known is None or record.number in known or world.is_stale or record.revision != world.revision:
+        return
+    addresses, count = record.velocity_addresses, record.joint_count
+    dofs = [addresses[joint] if record.is_scalar[joint] else -1 for joint in range(count)]
+    known[record.number] = (
+        *(world.wrenches, world.live_data.qfrc_applied, np.array(dofs, np.int64)),
+        *(np.zeros((count, 2)),),
+    )
 
 
 def _as_many(values: Sequence[Any] | None, count: int, default: Any) -> list[Any]:

@@ -222,7 +222,7 @@ def resetJointStatesMultiDof(
             )
     nothing = [()] * len(joints)
     record = None
-    if joints and values and not velocities and _reset_all(client, bodyUniqueId, joints, values):
+    if joints and values and _reset_all(client, bodyUniqueId, joints, values, velocities):
         return
     for joint, value, velocity in zip(joints, values or nothing, velocities or nothing, strict=False):
         if record is None or not 0 <= joint < record.joint_count:
@@ -326,14 +326,25 @@ def _reaction(client: Client, record: BodyRecord, joint: int) -> tuple[float, ..
     return reaction(client.scene, record, joint)
 
 
-def _reset_all(client: Client, body: int, joints: list[int], values: list[Any]) -> bool:
-    """Set joints of one degree of freedom, at rest; return False, with no effect, for anything else."""
+def _reset_all(
+    client: Client, body: int, joints: list[int], values: list[Any], velocities: list[Any]
+) -> bool:
+    """Set joints of one degree of freedom; return False, with no effect, for anything else.
+
+    Args:
+        client: the client.
+        body: their body.
+        joints: (n,) indices.
+        values: (n,) lists of one position (rad or m).
+        velocities: (n,) lists of one velocity (rad/s or m/s); none for joints at rest.
+    """
     record = _settable(client, body, joints[0])
     try:
         numbers = tuple([position for (position,) in values])
+        speeds = tuple([speed for (speed,) in velocities])
     except (TypeError, ValueError):
         return False
-    if not are_finite(numbers):
+    if not are_finite(numbers) or (speeds and not are_finite(speeds)):
         return False
     group = record.joint_groups.get(tuple(joints))
     if group is None:
@@ -342,9 +353,9 @@ def _reset_all(client: Client, body: int, joints: list[int], values: list[Any]) 
         group = joint_group(record, joints)
     if not group.is_free:
         return False
-    group.write(record, numbers)
+    group.write(record, numbers, speeds or None)
     client.scene.mark_moved()
-    if is_machine_code("resetJointStatesMultiDof"):
+    if not speeds and is_machine_code("resetJointStatesMultiDof"):
         _prepare(client, record)
     return True
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.pybullet.face.arguments import indices, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.frames import SINGLE_READS
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from roboyard.sim.world import World
 
 State = tuple[Any, ...]
-_SINGLE = 16
-"""Links that are read one by one after positions were written, until the frames of all are computed."""
 
 
 @command()
@@ -62,15 +61,20 @@ def getLinkState(
         record = _existing(scene, bodyUniqueId)
     if linkIndex >= record.joint_count:
         return None
-    if computeForwardKinematics or scene.frames_are_old or scene.frames_revision != world.revision:
-        if (
-            scene.frames_are_old
-            and world.is_moved
-            and scene.single_reads < _SINGLE
-            and not computeLinkVelocity
-        ):
-            scene.single_reads += 1
-            return (record.moved_link_reader or _moved_reader(scene, record))(linkIndex)
+    is_fresh = bool(computeForwardKinematics) or scene.frames_are_old
+    if scene.frames_revision != world.revision and not is_fresh:
+        scene.frames(fresh=True)
+    elif (
+        (is_fresh or computeLinkVelocity)
+        and world.is_moved
+        and scene.single_reads < SINGLE_READS
+        and not (computeLinkVelocity and world.long_axes)
+    ):
+        scene.single_reads += 1
+        scene.frames_are_old = is_fresh  # others are not computed yet
+        reader = record.moved_link_reader or _moved_reader(scene, record)
+        return reader(linkIndex, computeLinkVelocity, is_fresh)
+    elif is_fresh:
         scene.frames(fresh=True)
     return (record.link_reader or _reader(world, record))(linkIndex, computeLinkVelocity)
 

@@ -31,6 +31,8 @@ _NOTHING = (0.0, 0.0, 0.0)
 _MISS: Hit = (-1, -1, 1.0, _NOTHING, _NOTHING)
 BROADPHASE_MARGIN = 0.02
 """Margin of boxes in Bullet's broad phase (m)."""
+_FEW = 16
+"""Rays up to which each is cast alone."""
 _RESUME_OFFSET = 1e-5
 """Fraction of the ray beyond a hit where the search for the next one starts."""
 
@@ -56,18 +58,23 @@ def rayTest(
     mask, wanted = whole(collisionFilterMask), whole(reportHitNumber)
     if wanted >= 0:
         return (_numbered_hit(scene, start, way, mask, wanted),)
+    return (_first_hit(scene, start, way, mask),)
+
+
+def _first_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> Hit:
+    """Return the nearest hit of a ray from a point along a way (m)."""
     length = hypot(*way)
     if length == 0.0 or not isfinite(length + start[0] + start[1] + start[2]):
-        return (_MISS,)
-    if mask == -1 and not scene.world.soft and scene.filters.shows_all(mask):
-        found = scene.margin_shapes.first(start, way, length)
+        return _MISS
+    if not scene.world.soft:
+        found = scene.margin_shapes.first(start, way, length, mask)
         if found is not None:
             geom, (fraction, x, y, z, i, j, k) = found
             if geom < 0:
-                return (_MISS,)
+                return _MISS
             number_, link, _ = scene.place_of(geom)
-            return ((number_, link, fraction, (x, y, z), (i, j, k)),)
-    return (next(_entering_hits(scene, start, way, mask), _MISS),)
+            return number_, link, fraction, (x, y, z), (i, j, k)
+    return next(_entering_hits(scene, start, way, mask), _MISS)
 
 
 @command()
@@ -203,7 +210,7 @@ def _boxes(scene: PhysicsScene, record: BodyRecord) -> LinkBoxes:
     """Return the boxes around a body's links, which the record keeps."""
     from roboyard.pybullet.state import link_groups
 
-    found = record.link_boxes = link_groups.LinkBoxes(scene.world, record)
+    found = record.link_boxes = link_groups.LinkBoxes(scene, record)
     return found
 
 
@@ -239,6 +246,9 @@ def _cast(
     if wanted >= 0:
         rays = zip(starts.tolist(), ways.tolist(), strict=True)
         return tuple(_numbered_hit(scene, start, way, mask, wanted) for start, way in rays)
+    if len(starts) <= _FEW or not scene.filters.shows_all(mask):
+        rays = zip(starts.tolist(), ways.tolist(), strict=True)
+        return tuple(_first_hit(scene, tuple(start), tuple(way), mask) for start, way in rays)
     found = scene.world.rays(starts, ends)
     fractions, geoms, positions = found.fraction, found.geoms, np.empty_like(starts)
     margins = scene.geom_margins()
@@ -251,10 +261,9 @@ def _cast(
     numbers = [number_of[body] for body in bodies]
     points, outwards = map(tuple, positions.tolist()), map(tuple, normals.tolist())
     hits: list[Hit] = [*zip(numbers, links, fractions.tolist(), points, outwards, strict=True)]
-    hidden = scene.filters.outside(mask, zip(numbers, links, strict=True))
-    if again or hidden:
-        for i, place in enumerate(zip(numbers, links, strict=True)):
-            if geoms[i] == -2 or place in hidden:
+    if again:
+        for i in range(len(hits)):
+            if geoms[i] == -2:
                 start, way = tuple(starts[i].tolist()), tuple(ways[i].tolist())
                 hits[i] = next(_entering_hits(scene, start, way, mask), _MISS)
     around = scene.margin_shapes.around(starts, ways, mask)

@@ -73,9 +73,7 @@ def getUserDataId(
     client: Client, bodyUniqueId: int, key: str, linkIndex: int = -1, visualShapeIndex: int = -1
 ) -> int:
     """Return the id of an entry, or -1."""
-    return client.user_data.find(
-        UserDataKey(whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key))
-    )
+    return client.user_data.find((whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key)))
 
 
 @command()

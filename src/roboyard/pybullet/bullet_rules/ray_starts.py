@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import isfinite
 from struct import Struct
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -21,8 +21,20 @@ if TYPE_CHECKING:
 Triple = tuple[float, ...]
 _PACK = Struct("3d").pack_into
 _WITH_CORE = kernels.SPHERE, kernels.CAPSULE, kernels.BOX, kernels.CYLINDER
+_MOST_MASKS = 16
 MOST_GRAZING = 20.0
 """Largest shift of a hit at a hull, in margins."""
+
+
+class GroupFilters(Protocol):
+    """Groups of links by body and link."""
+
+    groups: dict[tuple[int, int], tuple[int, int]]
+    """Group and mask of those that do not have the default ones."""
+
+    def shows_all(self, mask: int) -> bool:
+        """Return whether the groups of all links share a bit with a mask."""
+        ...
 
 
 class MarginShapes:
@@ -33,6 +45,7 @@ class MarginShapes:
         world: World,
         margins: Callable[[], np.ndarray],
         shown: Callable[[np.ndarray, int], np.ndarray],
+        filters: GroupFilters,
     ) -> None:
         """Look them up when they are first needed.
 
@@ -40,14 +53,17 @@ class MarginShapes:
             world: the world.
             margins: returns (ngeom,) by which Bullet's shapes are larger than MuJoCo's (m).
             shown: returns those of some MuJoCo geoms that a mask shows.
+            filters: groups of links, from which that follows.
         """
-        self._world, self._margins, self._shown = world, margins, shown
+        self._world, self._margins, self._shown, self._filters = world, margins, shown, filters
         self._revision = -1
         self._rows = np.zeros(0, dtype=np.int32)
         self._start, self._way = np.zeros((1, 3)), np.zeros((1, 3))
         self._words = self._start.data.cast("B"), self._way.data.cast("B")
         self._found, self._normal = np.zeros(1, dtype=np.int32), np.zeros((1, 3))
         self._first: Any = None
+        self._masked: dict[int, tuple[dict[Any, Any], Any]] = {}
+        """By mask: groups of links, and the shapes that it shows of these."""
         self._work, self._hit = np.zeros(WORK), np.zeros(7)
 
     def around(self, starts: Array, ways: Array, mask: int) -> tuple[np.ndarray, Array] | None:
@@ -76,7 +92,9 @@ class MarginShapes:
             return None
         return self._found.item(), tuple(self._normal[0].tolist())
 
-    def first(self, start: Triple, way: Triple, length: float) -> tuple[int, list[float]] | None:
+    def first(
+        self, start: Triple, way: Triple, length: float, mask: int
+    ) -> tuple[int, Sequence[float]] | None:
         """Return the first shape (MuJoCo geom) that a ray enters, and fraction, point and normal of the hit.
 
         The shape is -1 for a miss. None where the ray leaves a shape before, or without machine code.
@@ -85,20 +103,39 @@ class MarginShapes:
             start: (3,) point in the world frame (m).
             way: (3,) vector from there to the ray's end (m).
             length: of that, finite and above 0 (m).
+            mask: of the groups of links that the ray meets.
         """
-        world = self._world
+        world, filters = self._world, self._filters
         if world.is_stale or self._revision != world.revision or not world.shows_triangles:
             self._look_up()
         if world.is_moved:
-            world.kinematics()
-        if self._first is None:
+            world.link_frames(keeps_last=True)
+        shapes = self._first
+        if shapes is None:
             return None
-        geom = kernels.enter_first(self._first, *start, *way, length, MOST_GRAZING, self._work, self._hit)
+        if not filters.shows_all(mask):
+            known = self._masked.get(mask)
+            if known is None or known[0] != filters.groups:
+                known = self._masked[mask] = filters.groups.copy(), self._shapes_of(mask)
+            shapes = known[1]
+        geom = kernels.enter_first(shapes, *start, *way, length, MOST_GRAZING, self._work, self._hit)
         return None if geom == kernels.LEAVES else (geom, self._hit.tolist())
+
+    def _shapes_of(self, mask: int) -> Any:
+        """Return the shapes that a mask shows as arguments of the compiled loop."""
+        shapes, cores = self._first.records
+        rows = shapes.rows
+        rows = rows[self._world.geom_owners[rows, 0] >= 0]
+        if len(self._masked) >= _MOST_MASKS:
+            self._masked.clear()
+        return kernels.FIRST.of(
+            shapes._replace(rows=np.ascontiguousarray(self._shown(rows, mask))),
+            cores._replace(rows=np.ascontiguousarray(self._shown(cores.rows, mask))),
+        )
 
     def _find(self, starts: Array, ways: Array, mask: int, found: np.ndarray, normals: Array) -> int:
         world = self._world
-        data = world.kinematics()
+        data = world.link_frames(keeps_last=True)
         if self._revision != world.revision:
             self._look_up()
         rows = self._shown(self._rows, mask)
@@ -118,4 +155,5 @@ class MarginShapes:
         self._sizes = model.geom_type, model.geom_size, model.geom_rbound, margins
         cores = kernels.Cores(self._rows, margins)
         self._first = None if shapes is None else kernels.FIRST.of(shapes, cores)
+        self._masked.clear()
         self._revision = world.revision

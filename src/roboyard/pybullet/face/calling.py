@@ -51,7 +51,8 @@ class _MethodDefinition(ctypes.Structure):
     )
 
 
-_definitions: list[_MethodDefinition] = []  # built-ins keep pointers to these
+_definitions: list[_MethodDefinition] = []
+"""Built-ins keep pointers to these, which Python reads once more when it frees a built-in at its very end."""
 
 
 def builtin(function: types.FunctionType) -> Callable[..., Any]:
@@ -65,6 +66,8 @@ def builtin(function: types.FunctionType) -> Callable[..., Any]:
         _FASTCALL_WITH_KEYWORDS,
         text.encode(),
     )
+    if not _definitions:
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(_definitions))  # they outlive all modules
     _definitions.append(definition)
     entered = getattr(function, "entered", None)
     if entered is not None:

@@ -99,6 +99,7 @@ def entry(callee, given, count, keywords):
                 Py_DecRef(key)
                 return result
     client = found(clients, number) if fits else 0
+    Py_IncRef(call)  # the command may replace it
     if changed != clients:
         forget(changed)
     if client == 0:
@@ -129,6 +130,7 @@ def entry(callee, given, count, keywords):
         forget(changed)
     if moved != clients:
         forget(moved)
+    Py_DecRef(call)
     return result
 """
 

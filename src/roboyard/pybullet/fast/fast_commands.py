@@ -32,7 +32,7 @@ def replace_boxes() -> None:
     """Replace getAABB."""
     from roboyard.pybullet.fast.fast_entries import BOX
 
-    _replace("getAABB", BOX, "box", ("is_moved",))
+    _replace("getAABB", BOX, "box", ("is_moved", "single_reads"))
 
 
 def replace_motors() -> None:
@@ -44,7 +44,7 @@ def replace_motors() -> None:
         name = f"setJointMotorControl{suffix}"
         code, defaults = COMMANDS[name].function.__code__, COMMANDS[name].function.__defaults__ or ()
         by_name = dict(zip(reversed(code.co_varnames[: code.co_argcount]), reversed(defaults), strict=False))
-        words = "pending", "time_step", form, by_name.get("maxVelocity", -1.0)
+        words = "pending", "time_step", form, by_name.get("maxVelocity", -1.0), PREPARED["torques"]
         _replace(name, MOTORS, "motors", words)
 
 
@@ -54,6 +54,15 @@ def replace_joints() -> None:
 
     words = "is_moved", "_velocity_moved", "frames_are_old"
     _replace("resetJointStatesMultiDof", JOINTS, "joints", words)
+
+
+def replace_bases() -> None:
+    """Replace resetBasePositionAndOrientation and resetBaseVelocity."""
+    from roboyard.pybullet.fast.base_entries import POSE, SPEED
+
+    words = "is_moved", "_velocity_moved", "frames_are_old", "fixed_poses"
+    _replace("resetBasePositionAndOrientation", POSE, "bases", words)
+    _replace("resetBaseVelocity", SPEED, "bases", words)
 
 
 def replace_constraint_state() -> None:
@@ -179,13 +188,24 @@ def forget_write(
 
 
 def replace_lines() -> None:
-    """Replace addUserDebugLine and removeUserDebugItem."""
-    from roboyard.pybullet.fast.item_entries import LINE, REMOVAL, LineState, RemovalState
+    """Replace addUserDebugLine, addUserDebugText and removeUserDebugItem."""
+    from roboyard.pybullet.fast.item_entries import LINE, REMOVAL, TEXT, ItemState, RemovalState
 
     function = COMMANDS["addUserDebugLine"].function
     defaults: Any = function.__defaults__
-    replace("addUserDebugLine", LINE, LineState(function, *defaults[2:4]))
+    replace("addUserDebugLine", LINE, ItemState(function, *defaults[2:4]))
+    function = COMMANDS["addUserDebugText"].function
+    defaults = function.__defaults__
+    replace("addUserDebugText", TEXT, ItemState(function, defaults[2], defaults[4]))
     replace("removeUserDebugItem", REMOVAL, RemovalState(COMMANDS["removeUserDebugItem"].function))
+
+
+def replace_contacts() -> None:
+    """Replace getContactPoints."""
+    from roboyard.pybullet.fast.contact_entries import CONTACT, ContactState
+
+    name = "getContactPoints"
+    replace(name, CONTACT, ContactState(COMMANDS[name].function, PREPARED["contacts"]))
 
 
 def replace_filters() -> None:
@@ -197,10 +217,16 @@ def replace_filters() -> None:
 
 
 def replace_user_data() -> None:
-    """Replace addUserData."""
-    from roboyard.pybullet.fast.item_entries import DATA, DataState
+    """Replace addUserData, getUserDataId, getUserData and removeUserData."""
+    from roboyard.pybullet.fast.item_entries import DATA, DATA_ID, DATA_REMOVAL, DATA_VALUE, DataState
 
-    replace("addUserData", DATA, DataState(COMMANDS["addUserData"].function))
+    for name, front in (
+        ("addUserData", DATA),
+        ("getUserDataId", DATA_ID),
+        ("getUserData", DATA_VALUE),
+        ("removeUserData", DATA_REMOVAL),
+    ):
+        replace(name, front, DataState(COMMANDS[name].function))
 
 
 def is_machine_code(name: str) -> bool:

@@ -11,6 +11,7 @@ from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, part
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.bullet_rules.motor_kernels import write_motor
+from roboyard.pybullet.state.frames import SINGLE_READS
 from roboyard.pybullet.state.state_kernels import link_box_of, push_link_of
 
 PARTS = f"""
@@ -25,7 +26,7 @@ def prepared(state, client, body):
 
 _PUSH = f"""{PARTS}
 COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, OLD, KEPT, PENDING, PUSHED, HAS_POINT = range(3, 14)
-SCENE, WORLD, WRENCHES, XPOS, XQUAT, XIPOS, QPOS, FRAMES, APPLIED, ROWS, FREE = range(3, 14)
+SCENE, WORLD, WRENCHES, XPOS, XQUAT, XIPOS, QPOS, FRAMES, APPLIED, ROWS, FREE, CENTRES = range(3, 15)
 
 @part
 def push(state, body, given, count, has_point):
@@ -46,22 +47,21 @@ def push(state, body, given, count, has_point):
     if link < -1 or link >= len(rows) - 1 or frame < 1 or frame > 2:
         return False
     place = PyLong_AsLongLong(word(body, FREE)) if link < 0 else -1
-    if place < 0 and (
-        attribute(world, word(state, MOVED)) == true
-        or attribute(word(body, SCENE), word(state, OLD)) == true
-    ):
+    if place < 0 and attribute(word(body, SCENE), word(state, OLD)) == true:
         return False
     shown, turns = word(body, XPOS), word(body, XQUAT)
     kept = attribute(world, word(state, KEPT))
     if kept != word(state, NONE) and kept != 0:
         shown, turns = word(kept, ITEMS), word(kept, ITEMS + 1)
     local = (1 if frame == 1 else 0) + (0 if has_point else 2)
+    if place < 0 and attribute(world, word(state, MOVED)) == true:
+        local += 4
     if _loop(
         matrix(word(body, XPOS)), matrix(word(body, XQUAT)), matrix(word(body, XIPOS)),
         numbers(word(body, QPOS)), matrix(word(body, FRAMES)), matrix(word(body, APPLIED)),
-        matrix(shown), matrix(turns), rows[link + 1], link + 1, place, local,
+        matrix(word(body, CENTRES)), matrix(shown), matrix(turns), rows[link + 1], link + 1, place, local,
         fx, fy, fz, tx, ty, tz, px, py, pz,
-    ) == 0:
+    ) != 1:
         return False
     PyObject_SetAttr(word(body, WRENCHES), word(state, PENDING), true)
     PyObject_SetAttr(word(body, WRENCHES), word(state, PUSHED), true)
@@ -84,8 +84,8 @@ PUSH = Front(push_link_of, EntrySignature(_PUSH))
 """applyExternalForce and applyExternalTorque."""
 
 _BOX = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ONE, MOVED = range(3, 9)
-WORLD, XPOS, XQUAT, FRAMES, BOXES, ROWS, OUT = range(3, 10)
+COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, SINGLE_READS = range(3, 10)
+WORLD, XPOS, XQUAT, FRAMES, BOXES, ROWS, OUT, SCENE, LOOP, CHAIN, NUMBERS, LAST = range(3, 15)
 
 @part
 def corner(out, first):
@@ -94,19 +94,41 @@ def corner(out, first):
         PyTuple_SetItem(made, k, PyFloat_FromDouble(out[first + k]))
     return made
 
+@part
+def is_found(state, body, link):
+    moved = attribute(word(body, WORLD), word(state, MOVED))
+    if moved != word(state, TRUE):
+        rows, out = integers(word(body, ROWS)), numbers(word(body, OUT))
+        _loop(
+            matrix(word(body, XPOS)), matrix(word(body, XQUAT)), matrix(word(body, FRAMES)),
+            matrix(word(body, BOXES)), rows[link + 1], link + 1, out,
+        )
+        return True
+    reads = PyLong_AsLongLong(attribute(word(body, SCENE), word(state, SINGLE_READS)))
+    if not 0 <= reads < {SINGLE_READS}:
+        return False
+    made = PyLong_FromLongLong(reads + 1)
+    PyObject_SetAttr(word(body, SCENE), word(state, SINGLE_READS), made)
+    Py_DecRef(made)
+    passed, numbered = words(), word(body, NUMBERS)
+    passed[0], passed[1], passed[2] = word(body, CHAIN), word(body, FRAMES), word(body, BOXES)
+    passed[3] = word(numbered, ITEMS + 2 * (link + 1))
+    passed[4] = word(numbered, ITEMS + 2 * (link + 1) + 1)
+    passed[5] = word(body, OUT)
+    done = PyObject_Vectorcall(word(body, LOOP), passed, 6, 0)
+    if done == 0:
+        PyErr_Clear()
+        return False
+    Py_DecRef(done)
+    return True
+
 def entry(state, given, count, keywords):
     if keywords == 0 and (count == 2 or count == 3):
         body, one = prepared(state, given[0], given[1]), word(state, ONE)
         if body != 0 and (count == 2 or word(given[2], KIND) == word(one, KIND)):
             link = PyLong_AsLongLong(given[2]) if count == 3 else -1
-            rows = integers(word(body, ROWS))
-            moved = attribute(word(body, WORLD), word(state, MOVED))
-            if -1 <= link < len(rows) - 1 and moved != word(state, TRUE):
+            if -1 <= link < PyLong_AsLongLong(word(body, LAST)) and is_found(state, body, link):
                 out = numbers(word(body, OUT))
-                _loop(
-                    matrix(word(body, XPOS)), matrix(word(body, XQUAT)), matrix(word(body, FRAMES)),
-                    matrix(word(body, BOXES)), rows[link + 1], link + 1, out,
-                )
                 made = PyTuple_New(2)
                 PyTuple_SetItem(made, 0, corner(out, 0))
                 PyTuple_SetItem(made, 1, corner(out, 3))
@@ -117,7 +139,8 @@ BOX = Front(link_box_of, EntrySignature(_BOX))
 """getAABB."""
 
 _MOTORS = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ONE, PENDING, TIME_STEP, FORM, UNSET = range(3, 12)
+COMMAND, PREPARED, NONE, TRUE, ONE, PENDING, TIME_STEP, FORM, UNSET, TORQUES = range(3, 13)
+WRENCHES, EFFORTS, DOFS, ROOM = range(3, 7)  # for torques
 FLAT, NESTED, SINGLE = range(3)  # lists of numbers, lists of lists of one number, lists of one number
 COMMANDS, PARAMETERS, MOTORS, TARGETS, ROWS, LIMITS, IMPULSES, READ, FORCE = range(3, 12)
 JOINT, POSITION, VELOCITY, LIMIT, KP, KD = range(6)
@@ -231,8 +254,57 @@ def command(state, body, given, count):
             _loop(motors, targets, rows[joint], mode, goal, table[k, VELOCITY], kp, table[k, KD], 0.0)
     return True
 
+@part
+def read_torques(given, length, room, joints):
+    total = 0.0
+    for k in range(length):
+        joint = PySequence_GetItem(given[2], k)
+        if joint == 0:
+            PyErr_Clear()
+            return False
+        index = PyLong_AsLongLong(joint)
+        Py_DecRef(joint)
+        if index == -1 and PyErr_Occurred() != 0:
+            PyErr_Clear()
+        if index < 0 or index >= joints:
+            return False
+        room[k, 0], room[k, 1] = index, item(given[6], k)
+        total += room[k, 1]
+    return total - total == 0.0
+
+@part
+def add_torques(state, given, count):
+    if word(given[3], KIND) != word(word(state, ONE), KIND) or PyLong_AsLongLong(given[3]) != 1:
+        return False
+    for place in (4, 5, 7, 8):
+        if place < count and given[place] != word(state, NONE):
+            return False
+    bodies = found(word(state, TORQUES), given[0])
+    body = found(bodies, given[1]) if bodies != 0 else 0
+    length = PySequence_Size(given[2]) if body != 0 else 0
+    if length < 0:
+        PyErr_Clear()
+    if length < 1 or not has_length(given[6], length):
+        return False
+    room, dofs = matrix(word(body, ROOM)), integers(word(body, DOFS))
+    efforts, wrenches = numbers(word(body, EFFORTS)), word(body, WRENCHES)
+    Py_IncRef(body)
+    fits = length <= len(room) and read_torques(given, length, room, len(dofs))
+    if fits:
+        for k in range(length):
+            dof = dofs[np.int64(room[k, 0])]
+            if dof >= 0:
+                efforts[dof] += room[k, 1]
+        PyObject_SetAttr(wrenches, word(state, PENDING), word(state, TRUE))
+    Py_DecRef(body)
+    return fits
+
 def entry(state, given, count, keywords):
     fits = keywords == 0 and count >= 4
+    if fits and 7 <= count <= 9 and PyLong_AsLongLong(word(state, FORM)) == FLAT:
+        if add_torques(state, given, count):
+            Py_IncRef(word(state, NONE))
+            return word(state, NONE)
     if count > 9:  # a largest velocity, and damping of joints that have one degree of freedom here
         is_single = PyLong_AsLongLong(word(state, FORM)) == SINGLE
         fastest = word(state, UNSET if is_single else NONE)

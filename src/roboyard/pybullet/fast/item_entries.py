@@ -1,6 +1,6 @@
 """Debug lines and user data as machine code; see `fast_entries`.
 
-Lines in the world that do not expire, of plain numbers, are stored as plain tuples, which `DebugItems` knows.
+Lines and texts that do not expire, of numbers, are stored as plain tuples, which `DebugItems` knows.
 User data that is there gets another value. Anything else goes to the Python functions.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.state.debug_items import WHITE
@@ -25,8 +25,8 @@ def count_up(owner, name):
 """
 
 
-class LineState(NamedTuple):
-    """State of addUserDebugLine; the machine code has the same order."""
+class ItemState(NamedTuple):
+    """State of addUserDebugLine and addUserDebugText; the machine code has the same order."""
 
     command: Any
     life_time: float
@@ -40,17 +40,62 @@ class LineState(NamedTuple):
     ids: str = "_ids"
     following: str = "_next"
     revision: str = "revision"
+    none: None = None
+    text: str = ""
 
 
-_LINE = f"""{_PARTS}
+_ITEM = f"""{_PARTS}
 COMMAND, LIFE_TIME, PARENT, WHITE, WIDTH, LISTED, OWNER, TABLE, IDS, NEXT, REVISION = range(3, 14)
+NONE, TEXT = range(14, 16)
 NUMBER, WHOLE = WIDTH, PARENT
-{parts(PLAIN)}
+{parts(PLAIN, ITEM, HAS_LENGTH)}
+@part
+def triple_of_sequence(values):
+    if not has_length(values, 3):
+        return 0
+    x, y, z = item(values, 0), item(values, 1), item(values, 2)
+    total = x + y + z
+    if total - total != 0.0:
+        return 0
+    made = PyTuple_New(3)
+    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
+    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
+    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
+    return made
+
+@part
+def has_parent(state, given, count, at):
+    whole = word(word(state, PARENT), KIND)
+    for place in range(at, min(count, at + 2)):
+        if word(given[place], KIND) != whole:
+            return False
+    return True
+
+@part
+def set_parent(state, made, place, given, count, at):
+    if count <= at or given[at] == word(state, PARENT):
+        Py_IncRef(word(state, NONE))
+        PyTuple_SetItem(made, place, word(state, NONE))
+        return
+    if PyLong_AsLongLong(given[at]) < 0:
+        PyErr_Clear()
+        Py_IncRef(word(state, NONE))
+        PyTuple_SetItem(made, place, word(state, NONE))
+        return
+    parent, link = PyTuple_New(2), word(state, PARENT)
+    if count > at + 1:
+        link = given[at + 1]
+    Py_IncRef(given[at])
+    Py_IncRef(link)
+    PyTuple_SetItem(parent, 0, given[at])
+    PyTuple_SetItem(parent, 1, link)
+    PyTuple_SetItem(made, place, parent)
+
 @part
 def triple(state, values):
     is_tuple = word(values, KIND) == word(word(state, WHITE), KIND)
     if not is_tuple and word(values, KIND) != word(word(state, LISTED), KIND):
-        return 0
+        return triple_of_sequence(values)
     if word(values, SIZE) != 3:
         return 0
     first = ITEMS if is_tuple else 0
@@ -71,6 +116,23 @@ def triple(state, values):
     return made
 
 @part
+def store(state, items, made, replaced):
+    table = attribute(items, word(state, TABLE))
+    number = replaced if replaced != 0 and found(table, replaced) != 0 else 0
+    if number == 0:
+        ids = attribute(items, word(state, IDS))
+        number = attribute(ids, word(state, NEXT))
+        Py_IncRef(number)
+        count_up(ids, word(state, NEXT))
+    else:
+        Py_IncRef(number)
+    PyDict_SetItem(table, number, made)
+    Py_DecRef(made)
+    count_up(items, word(state, REVISION))
+    return number
+"""
+_LINE = f"""{_ITEM}
+@part
 def line(state, given, count):
     start = triple(state, given[1])
     end = triple(state, given[2]) if start != 0 else 0
@@ -90,38 +152,26 @@ def line(state, given, count):
         if color != 0:
             Py_DecRef(color)
         return 0
-    made = PyTuple_New(4)
+    made = PyTuple_New(5)
     PyTuple_SetItem(made, 0, start)
     PyTuple_SetItem(made, 1, end)
     PyTuple_SetItem(made, 2, color)
     PyTuple_SetItem(made, 3, PyFloat_FromDouble(width))
+    set_parent(state, made, 4, given, count, 6)
     return made
 
 def entry(state, given, count, keywords):
     fits = keywords == 0 and 3 <= count <= 9
     if count > 5:
         fits = fits and given[5] == word(state, LIFE_TIME)
-    if count > 6:
-        fits = fits and given[6] == word(state, PARENT)
+    fits = fits and has_parent(state, given, count, 6)
     if count > 8:
         fits = fits and word(given[8], KIND) == word(word(state, PARENT), KIND)
     items = attribute(given[0], word(state, OWNER)) if fits else 0
     made = line(state, given, count) if items != 0 else 0
     if made == 0:
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
-    table = attribute(items, word(state, TABLE))
-    number = given[8] if count > 8 and found(table, given[8]) != 0 else 0
-    if number == 0:
-        ids = attribute(items, word(state, IDS))
-        number = attribute(ids, word(state, NEXT))
-        Py_IncRef(number)
-        count_up(ids, word(state, NEXT))
-    else:
-        Py_IncRef(number)
-    PyDict_SetItem(table, number, made)
-    Py_DecRef(made)
-    count_up(items, word(state, REVISION))
-    return number
+    return store(state, items, made, given[8] if count > 8 else 0)
 """
 
 
@@ -131,6 +181,56 @@ def line_call() -> None:
 
 LINE = Front(line_call, EntrySignature(_LINE))
 """addUserDebugLine."""
+
+
+_TEXT = f"""{_ITEM}
+@part
+def text(state, given, count):
+    if word(given[1], KIND) != word(word(state, TEXT), KIND):
+        return 0
+    size = plain(state, given[4]) if count > 4 else 1.0
+    if size - size != 0.0:
+        return 0
+    position = triple(state, given[2])
+    color = triple(state, given[3] if count > 3 else word(state, WHITE)) if position != 0 else 0
+    if color == 0:
+        if position != 0:
+            Py_DecRef(position)
+        return 0
+    made = PyTuple_New(6)
+    Py_IncRef(given[1])
+    PyTuple_SetItem(made, 0, given[1])
+    PyTuple_SetItem(made, 1, position)
+    PyTuple_SetItem(made, 2, color)
+    PyTuple_SetItem(made, 3, PyFloat_FromDouble(size))
+    Py_IncRef(word(state, NONE))
+    PyTuple_SetItem(made, 4, word(state, NONE))
+    set_parent(state, made, 5, given, count, 7)
+    return made
+
+def entry(state, given, count, keywords):
+    fits = keywords == 0 and 3 <= count <= 10
+    if count > 5:
+        fits = fits and given[5] == word(state, LIFE_TIME)
+    if count > 6:
+        fits = fits and given[6] == word(state, NONE)
+    fits = fits and has_parent(state, given, count, 7)
+    if count > 9:
+        fits = fits and word(given[9], KIND) == word(word(state, PARENT), KIND)
+    items = attribute(given[0], word(state, OWNER)) if fits else 0
+    made = text(state, given, count) if items != 0 else 0
+    if made == 0:
+        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+    return store(state, items, made, given[9] if count > 9 else 0)
+"""
+
+
+def text_call() -> None:
+    """Do nothing: the machine code is stored beside the code of this file."""
+
+
+TEXT = Front(text_call, EntrySignature(_TEXT))
+"""addUserDebugText."""
 
 
 class RemovalState(NamedTuple):
@@ -173,7 +273,7 @@ REMOVAL = Front(removal_call, EntrySignature(_REMOVAL))
 
 
 class DataState(NamedTuple):
-    """State of addUserData; the machine code has the same order."""
+    """State of the commands of user data; the machine code has the same order."""
 
     command: Any
     nowhere: int = -1
@@ -184,44 +284,118 @@ class DataState(NamedTuple):
     owner: str = "user_data"
     numbers: str = "_numbers"
     values: str = "_values"
+    keys: str = "_keys"
+    ids: str = "_ids"
+    following: str = "_next"
+    free: str = "_free"
+    none: None = None
 
 
-_DATA = f"""{_PARTS}
-COMMAND, NOWHERE, TEXT, SCENE, BODIES, OWNER, NUMBERS, VALUES = range(3, 11)
+_KEYED = f"""{_PARTS}
+COMMAND, NOWHERE, TEXT, SCENE, BODIES, OWNER, NUMBERS, VALUES, KEYS, IDS, NEXT, FREE, NONE = range(3, 16)
 
 @part
-def number_of(state, data, given, count):
-    link = given[4] if count > 4 else word(state, NOWHERE)
-    shape = given[5] if count > 5 else word(state, NOWHERE)
-    whole, text = word(word(state, NOWHERE), KIND), word(word(state, TEXT), KIND)
+def key_of(state, given, count, link_at):
+    link = given[link_at] if count > link_at else word(state, NOWHERE)
+    shape = given[link_at + 1] if count > link_at + 1 else word(state, NOWHERE)
+    whole = word(word(state, NOWHERE), KIND)
     if word(given[1], KIND) != whole or word(link, KIND) != whole or word(shape, KIND) != whole:
         return 0
-    if word(given[2], KIND) != text or word(given[3], KIND) != text:
-        return 0
-    scene = attribute(given[0], word(state, SCENE))
-    bodies = attribute(scene, word(state, BODIES)) if scene != 0 else 0
-    if bodies == 0 or found(bodies, given[1]) == 0:
+    if word(given[2], KIND) != word(word(state, TEXT), KIND):
         return 0
     key, parts = PyTuple_New(4), (given[1], link, shape, given[2])
     for place in range(4):
         Py_IncRef(parts[place])
         PyTuple_SetItem(key, place, parts[place])
-    number = found(attribute(data, word(state, NUMBERS)), key)
-    Py_DecRef(key)
+    return key
+"""
+_DATA = f"""{_KEYED}
+@part
+def has_body(state, given):
+    scene = attribute(given[0], word(state, SCENE))
+    bodies = attribute(scene, word(state, BODIES)) if scene != 0 else 0
+    return bodies != 0 and found(bodies, given[1]) != 0
+
+@part
+def new_number(state, data, key):
+    ids = attribute(data, word(state, IDS))
+    free, number = attribute(ids, word(state, FREE)), 0
+    count = PyList_Size(free)
+    if count > 0:
+        number = PyList_GetItem(free, count - 1)
+        Py_IncRef(number)
+        PyList_SetSlice(free, count - 1, count, 0)
+    else:
+        number = attribute(ids, word(state, NEXT))
+        Py_IncRef(number)
+        count_up(ids, word(state, NEXT))
+    PyDict_SetItem(attribute(data, word(state, NUMBERS)), key, number)
+    PyDict_SetItem(attribute(data, word(state, KEYS)), number, key)
     return number
 
 def entry(state, given, count, keywords):
     data = attribute(given[0], word(state, OWNER)) if keywords == 0 and 4 <= count <= 6 else 0
-    number = number_of(state, data, given, count) if data != 0 else 0
-    value = PyUnicode_AsUTF8String(given[3]) if number != 0 else 0
+    key = value = 0
+    if data != 0 and word(given[3], KIND) == word(word(state, TEXT), KIND) and has_body(state, given):
+        key = key_of(state, given, count, 4)
+    if key != 0:
+        value = PyUnicode_AsUTF8String(given[3])
     if value == 0:
-        if number != 0:
+        if key != 0:
             PyErr_Clear()
+            Py_DecRef(key)
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+    number = found(attribute(data, word(state, NUMBERS)), key)
+    if number == 0:
+        number = new_number(state, data, key)
+    else:
+        Py_IncRef(number)
     PyDict_SetItem(attribute(data, word(state, VALUES)), number, value)
     Py_DecRef(value)
+    Py_DecRef(key)
+    return number
+"""
+_DATA_ID = f"""{_KEYED}
+def entry(state, given, count, keywords):
+    data = attribute(given[0], word(state, OWNER)) if keywords == 0 and 3 <= count <= 5 else 0
+    key = key_of(state, given, count, 3) if data != 0 else 0
+    if key == 0:
+        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+    number = found(attribute(data, word(state, NUMBERS)), key)
+    Py_DecRef(key)
+    if number == 0:
+        number = word(state, NOWHERE)
     Py_IncRef(number)
     return number
+"""
+_DATA_VALUE = f"""{_KEYED}
+def entry(state, given, count, keywords):
+    fits = keywords == 0 and count == 2 and word(given[1], KIND) == word(word(state, NOWHERE), KIND)
+    data = attribute(given[0], word(state, OWNER)) if fits else 0
+    if data == 0:
+        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+    value = found(attribute(data, word(state, VALUES)), given[1])
+    if value == 0:
+        value = word(state, NONE)
+    Py_IncRef(value)
+    return value
+"""
+_DATA_REMOVAL = f"""{_KEYED}
+def entry(state, given, count, keywords):
+    fits = keywords == 0 and count == 2 and word(given[1], KIND) == word(word(state, NOWHERE), KIND)
+    data = attribute(given[0], word(state, OWNER)) if fits else 0
+    keys = attribute(data, word(state, KEYS)) if data != 0 else 0
+    key = found(keys, given[1]) if keys != 0 else 0
+    if key == 0:
+        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+    Py_IncRef(key)
+    PyDict_DelItem(keys, given[1])
+    PyDict_DelItem(attribute(data, word(state, NUMBERS)), key)
+    PyDict_DelItem(attribute(data, word(state, VALUES)), given[1])
+    Py_DecRef(key)
+    PyList_Append(attribute(attribute(data, word(state, IDS)), word(state, FREE)), given[1])
+    Py_IncRef(word(state, NONE))
+    return word(state, NONE)
 """
 
 
@@ -229,8 +403,26 @@ def data_call() -> None:
     """Do nothing: the machine code is stored beside the code of this file."""
 
 
+def data_id_call() -> None:
+    """Do nothing: the machine code is stored beside the code of this file."""
+
+
+def data_value_call() -> None:
+    """Do nothing: the machine code is stored beside the code of this file."""
+
+
+def data_removal_call() -> None:
+    """Do nothing: the machine code is stored beside the code of this file."""
+
+
 DATA = Front(data_call, EntrySignature(_DATA))
 """addUserData."""
+DATA_ID = Front(data_id_call, EntrySignature(_DATA_ID))
+"""getUserDataId."""
+DATA_VALUE = Front(data_value_call, EntrySignature(_DATA_VALUE))
+"""getUserData."""
+DATA_REMOVAL = Front(data_removal_call, EntrySignature(_DATA_REMOVAL))
+"""removeUserData."""
 
-for _front in (LINE, REMOVAL, DATA):
+for _front in (LINE, TEXT, REMOVAL, DATA, DATA_ID, DATA_VALUE, DATA_REMOVAL):
     vars(_front.core)["front"] = _front

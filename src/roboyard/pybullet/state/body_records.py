@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from roboyard._records import dataclass
+from roboyard._records import NamedTuple, dataclass
 from roboyard.description.model import Box, Capsule, Plane, Pose, Sphere
 from roboyard.pybullet.bullet_rules.contact_order import COMPOUND, CONVEX, is_field, kinds_of
 from roboyard.pybullet.bullet_rules.models import BodyModel
@@ -51,11 +51,22 @@ HIDDEN_JOINT = -1
 """Type of a joint that scripts cannot access; it has no motor."""
 
 
+class Side(NamedTuple):
+    """Some collision shapes of a body."""
+
+    places: list[tuple[int, int, int]]
+    """Body, link and MuJoCo geom of each."""
+    geoms: np.ndarray
+    """(k,) MuJoCo's geoms."""
+
+
+NO_SIDE = Side([], np.zeros(0, np.int64))
+
 LinkReader = Callable[[int, object], tuple[Any, ...]]
 """`read(link, with_velocity)`: the fields of getLinkState."""
 
-MovedLinkReader = Callable[[int], tuple[Any, ...]]
-"""`read(link)`: the first fields of getLinkState."""
+MovedLinkReader = Callable[[int, object, bool], tuple[Any, ...]]
+"""`read(link, with_velocity, is_fresh)`: the fields of getLinkState in the present state."""
 
 
 LinkPusher = Callable[..., bool]
@@ -80,8 +91,10 @@ class JointGroup(Protocol):
         """Return the fields of getJointStateMultiDof of each joint, if `is_free`; `forces` (nv,) as above."""
         ...
 
-    def write(self, record: BodyRecord, positions: Sequence[float]) -> None:
-        """Put the joints at (n,) positions (rad or m), at rest, if `is_free`."""
+    def write(
+        self, record: BodyRecord, positions: Sequence[float], velocities: Sequence[float] | None = None
+    ) -> None:
+        """Put the joints at (n,) positions (rad or m), at rest or with (n,) speeds, if `is_free`."""
         ...
 
 
@@ -221,8 +234,8 @@ class BodyRecord:
         """Pushes a link; created on first use."""
         self.link_boxes: LinkBoxes | None = None
         """Boxes around links; created on first use."""
-        self.geoms: list[tuple[int, int, int]] | None = None
-        """Body, link and MuJoCo geom of each collision shape; looked up on first use."""
+        self.sides: dict[int, Side] | None = None
+        """Collision shapes of links, and of all under `contacts.ANY_LINK`; looked up on first use."""
         self._layout: JointLayout | None = None
         self._tree: LinkTree | None = None
         self._has_tree = True
@@ -372,7 +385,7 @@ class BodyRecord:
         self.joint_groups.clear()
         self.link_groups.clear()
         self.chain_places = None
-        self.link_reader = self.moved_link_reader = self.link_pusher = self.link_boxes = self.geoms = None
+        self.link_reader = self.moved_link_reader = self.link_pusher = self.link_boxes = self.sides = None
         self._layout = self._tree = None
         self._has_tree = True
         self.rows = list(rows)
@@ -435,6 +448,12 @@ class BodyRecord:
         """Return the slice of a joint in qvel."""
         start = self.velocity_addresses[joint]
         return slice(start, start + VELOCITY_COUNT[self.joint_type(joint)])
+
+
+def side_of(places: Iterable[tuple[int, int, int]]) -> Side:
+    """Return collision shapes as a side of a query, from body, link and MuJoCo geom of each."""
+    found = list(places)
+    return Side(found, np.array([place[2] for place in found], np.int64))
 
 
 def of_model(model: BodyModel, name: str, compute: Callable[[BodyModel], Any]) -> Any:

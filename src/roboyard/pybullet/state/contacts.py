@@ -13,6 +13,7 @@ from roboyard.pybullet.bullet_rules.contact_order import tangents
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.state_kernels import Listed
     from roboyard.sim.queries.contacts import ContactArrays
 
 kernels = lazy_module("roboyard.pybullet.state.state_kernels")
@@ -48,19 +49,23 @@ def contacts_between(scene: Any, wanted: tuple[int, int, int, int]) -> tuple[Poi
     last, world = scene.last_step, scene.world
     if last.filtered or world.is_stale or last.contacts is not None:
         return None
-    data = world.live_data
-    count = data.ncon
+    count = world.live_data.ncon
     if not count:
         return ()
     places = last.places()
     if places is None:
         return None
-    contact = data.contact
-    numbers, links = np.empty((count, kernels().NUMBERS)), np.empty((count, 4), np.int64)
-    found = kernels().list_contacts(
-        *(contact.pos, contact.frame, contact.dist, world.contact_forces(), contact.geom, places),
-        *(scene.contact_reaches(), float(scene.parts), *wanted, numbers, links),
-    )
+    loops = kernels()
+    known = last.listed(places, count)
+    if known is None:
+        arrays = _copied(world, count, places, scene.contact_reaches())
+        found = loops.list_contacts(arrays, float(scene.parts), *wanted)
+    else:
+        arrays, bundle = known
+        found = loops.list_known_contacts(bundle, float(scene.parts), *wanted)
+    if not found:
+        return ()
+    numbers, links = arrays.numbers, arrays.links
     return tuple(
         [
             (0, a, b, c, d, (e, f, g), (h, i, j), (k, m, n), o, p, q, (r, s, t), u, (v, w, x))
@@ -69,6 +74,20 @@ def contacts_between(scene: Any, wanted: tuple[int, int, int, int]) -> tuple[Poi
             )
         ]
     )
+
+
+def _copied(world: Any, count: int, places: np.ndarray, reaches: np.ndarray) -> Listed:
+    """Return the contacts of a step whose rows MuJoCo has made, and room for what is listed of them."""
+    contact, loops = world.live_data.contact, kernels()
+    return loops.Listed(
+        *(contact.geom, loops.NUMBERED - 3 * np.arange(count, dtype=np.int32), np.full(count, 3, np.int32)),
+        *(contact.dist, contact.pos, contact.frame, np.ascontiguousarray(world.contact_forces()).ravel()),
+        *(places, reaches, *_room(count), np.array([count], np.int32)),
+    )
+
+
+def _room(count: int) -> tuple[np.ndarray, np.ndarray]:
+    return np.empty((count, kernels().NUMBERS)), np.empty((count, 4), np.int64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,6 +190,7 @@ class LastStep:
         """Bodies that were removed since then."""
         self._places: tuple[int, np.ndarray | None] | None = None
         """Revision of the world, and links of its geoms."""
+        self._listed: tuple[Listed, Any] | None = None
         self.filtered: dict[Place, None] = {}
         """Links whose contacts are forgotten: a new filter lets Bullet find their pairs again in the next
         step."""
@@ -204,6 +224,53 @@ class LastStep:
                     found[rows, 2] = kinds
             known = self._places = world.revision, None if model.nflex else found
         return known[1]
+
+    def listed(self, places: np.ndarray, count: int) -> tuple[Listed, Any] | None:
+        """Return the contacts as arrays that stay from step to step, and their bundle.
+
+        Args:
+            places: (ngeom, 4) of geoms, see `places`.
+            count: number of contacts, for which there is room.
+
+        Returns:
+            None where MuJoCo made the rows of contacts.
+        """
+        in_place = self._scene.world.stepping.contacts_in_place()
+        if in_place is None:
+            return None
+        contacts, force, counts = in_place
+        reaches, known = self._scene.contact_reaches(), self._listed
+        if known is not None:
+            arrays = known[0]
+            if (
+                arrays.geom is contacts.geom
+                and arrays.force is force
+                and arrays.places is places
+                and arrays.reaches is reaches
+                and count <= len(arrays.links)
+            ):
+                return known
+        loops, c = kernels(), contacts
+        arrays = loops.Listed(
+            *(c.geom, c.address, c.dim, c.dist, c.position, c.frame, force, places, reaches),
+            *(*_room(2 * count), counts),
+        )
+        self._listed = arrays, loops.LISTED.of(arrays)
+        return self._listed
+
+    def prepare(self) -> None:
+        """Let machine code list the contacts of steps, where they are in arrays that stay."""
+        scene, known = self._scene, self._listed
+        world = scene.world
+        prepared, places = world.prepared.get("contacts"), self.places()
+        if prepared is None or known is None or world.is_stale or places is None:
+            return
+        arrays, bundle = known
+        if arrays.places is places and arrays.reaches is scene.contact_reaches():
+            prepared[0] = (
+                *(scene, self, *world.stepping.own_rows, kernels().list_known_contacts, bundle),
+                *(arrays.numbers, arrays.links.reshape(-1)),
+            )
 
     def keep(self) -> None:
         """Keep what MuJoCo's arrays hold of the last step, before these are replaced."""

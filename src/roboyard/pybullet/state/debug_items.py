@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from time import monotonic
+from typing import Any
 
 import numpy as np
 
@@ -32,18 +33,7 @@ class Line(NamedTuple):
     """Time of removal on the monotonic clock (s); None: never."""
 
 
-@dataclass(kw_only=True, slots=True)
-class _Described:
-    """A drawing of more than one line."""
-
-    parent: tuple[int, int] | None = None
-    """Body and link in whose inertial frame the coordinates are; None: the world."""
-    expires: float | None = None
-    """Time of removal on the monotonic clock (s); None: never."""
-
-
-@dataclass(kw_only=True, slots=True)
-class Text(_Described):
+class Text(NamedTuple):
     """A text."""
 
     text: str
@@ -56,10 +46,13 @@ class Text(_Described):
     """Height of the characters, in PyBullet's units."""
     orientation: tuple[float, float, float, float] | None
     """Orientation (x, y, z, w); None: it faces the camera."""
+    parent: tuple[int, int] | None = None
+    """Body and link in whose inertial frame the coordinates are; None: the world."""
+    expires: float | None = None
+    """Time of removal on the monotonic clock (s); None: never."""
 
 
-@dataclass(kw_only=True, slots=True)
-class Points(_Described):
+class Points(NamedTuple):
     """A point cloud."""
 
     positions: NDArray[np.float64]
@@ -68,9 +61,15 @@ class Points(_Described):
     """(k, 3) colours (0 to 1)."""
     size: float
     """Size (pixels)."""
+    parent: tuple[int, int] | None = None
+    """Body and link in whose inertial frame the coordinates are; None: the world."""
+    expires: float | None = None
+    """Time of removal on the monotonic clock (s); None: never."""
 
 
 Item = Line | Text | Points
+Stored = Item | tuple[Any, ...]
+"""Machine code stores lines and texts that do not expire as plain tuples, without the last field."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -98,8 +97,8 @@ class DebugItems:
     def __init__(self) -> None:
         """Start without items."""
         self._ids = Counter()
-        self._items: dict[int, Item | tuple[Triple, Triple, Triple, float]] = {}
-        """By id; machine code stores the first four fields of lines that have no others."""
+        self._items: dict[int, Stored] = {}
+        """By id."""
         self.parameters: dict[int, Parameter] = {}
         self.revision = 0
 
@@ -150,8 +149,15 @@ class DebugItems:
             del self._items[number]
         self.revision += bool(ended)
         for number, item in self._items.items():
-            yield number, item if isinstance(item, Line | _Described) else Line(*item)
+            yield number, _complete(item)
 
 
-def _expires(item: Item | tuple[Triple, Triple, Triple, float]) -> float | None:
-    return item.expires if isinstance(item, Line | _Described) else None
+def _expires(item: Stored) -> float | None:
+    return item.expires if isinstance(item, Item) else None
+
+
+def _complete(item: Stored) -> Item:
+    """Return an item with all fields."""
+    if isinstance(item, Item):
+        return item
+    return Text(*item) if isinstance(item[0], str) else Line(*item)

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from roboyard.description.model import Pose
 
 Numbers = tuple[float, ...]
+SINGLE_READS = 16
+"""Links that are read one by one in a state, until the frames of all are computed."""
 
 
 def inertial_pose(

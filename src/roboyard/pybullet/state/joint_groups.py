@@ -77,11 +77,15 @@ class JointGroup:
         positions, velocities, applied = map(zip, self._numbers(record, forces))
         return tuple(zip(positions, velocities, self._reactions, applied, strict=True))
 
-    def write(self, record: BodyRecord, positions: Sequence[float]) -> None:
-        """Put joints of one degree of freedom at (n,) positions (rad or m), at rest."""
+    def write(
+        self, record: BodyRecord, positions: Sequence[float], velocities: Sequence[float] | None = None
+    ) -> None:
+        """Put joints of one degree of freedom at (n,) positions (rad or m), at rest or with (n,) speeds."""
         self._pack(self._words, 0, *positions)
         places = self._positions, self._velocities
         self._kernels.rest_joints(record.qpos, record.qvel, *places, self._given)
+        if velocities is not None:
+            record.qvel[self._velocities] = velocities
 
     def _numbers(self, record: BodyRecord, forces: Array) -> list[list[Any]]:
         """Return positions, velocities and efforts of the motors."""

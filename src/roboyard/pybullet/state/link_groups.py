@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import roboyard.pybullet.state.state_kernels as kernels
+from roboyard._lazy import lazy_module
+from roboyard.pybullet.state.frames import SINGLE_READS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,8 +21,11 @@ if TYPE_CHECKING:
     from roboyard.sim.world import World
     from roboyard.transforms import Array
 
+chain_kernels = lazy_module("roboyard.pybullet.bullet_rules.chain_kernels")
 State = tuple[Any, ...]
 _CACHE_SIZE = 64
+_CHAIN = "chain"
+"""Name in `Engine.of_arrays`."""
 _positions_of, _orientations_of = Struct("3d").iter_unpack, Struct("4d").iter_unpack
 
 
@@ -41,7 +46,7 @@ def link_reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
             kernels.write_link_pose(positions, turns, frames, rows[place], place, found)
             v = tuple(found.tolist())
             return v[:3], v[3:7], centre, turn, v[7:10], v[10:14]
-        world.velocities()
+        world.link_velocities()
         positions, turns = world.kept_frames or (xpos, xquat)
         kernels.write_link_state(
             *(positions, turns, frames, rows[place], place, xquat, cvel, xipos, subtree_com, rootid, found)
@@ -54,24 +59,24 @@ def link_reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
 
 
 def moved_link_reader(world: World, record: BodyRecord) -> MovedLinkReader:
-    """Return `read(link)` of a body's links at the positions in qpos; it leaves other frames as they are."""
-    from roboyard.pybullet.bullet_rules import chain_kernels
+    """Return `read(link, with_velocity, is_fresh)` of a body's links in the present state of the World.
 
-    model, data, rows = world.live_model, world.live_data, record.rows
-    chain = chain_kernels.CHAIN.of(
-        chain_kernels.Chain(
-            *(model.body_parentid, model.body_jntnum, model.body_jntadr, model.jnt_type, model.jnt_qposadr),
-            *(model.jnt_axis, model.jnt_pos, model.body_pos, model.body_quat, model.qpos0, data.qpos),
-            *(np.zeros(model.nbody, np.int64), np.zeros((1, 3)), np.zeros((1, 4))),
-        )
-    )
-    frames, found = _inertial_frames(record), np.zeros(14)
+    It leaves all frames as they are; with velocity these are shown unless `is_fresh`.
+    """
+    data, rows, chain = world.live_data, record.rows, chain_of(world)
+    xpos, xquat = data.xpos, data.xquat
+    frames, found, moving = _inertial_frames(record), np.zeros(14), np.zeros(20)
     local = [(link.frame.position, link.frame.quaternion) for link in record.links]
-    write = chain_kernels.write_pose_of_chain
+    loops = chain_kernels()
+    write, write_state = loops.write_pose_of_chain, loops.write_state_of_chain
 
-    def read(link: int) -> State:
+    def read(link: int, with_velocity: object, is_fresh: bool) -> State:
         place = link + 1
         centre, turn = local[place]
+        if with_velocity:
+            write_state(chain, xpos, xquat, frames, rows[place], place, 1 if is_fresh else 0, moving)
+            v = tuple(moving.tolist())
+            return v[:3], v[3:7], centre, turn, v[7:10], v[10:14], v[14:17], v[17:]
         write(chain, frames, rows[place], place, found)
         v = tuple(found.tolist())
         return v[:3], v[3:7], centre, turn, v[7:10], v[10:14]
@@ -80,26 +85,45 @@ def moved_link_reader(world: World, record: BodyRecord) -> MovedLinkReader:
     return read
 
 
+def chain_of(world: World) -> Any:
+    """Return MuJoCo's arrays as the argument of `chain_kernels`, once for all bodies."""
+    loops = chain_kernels()
+    known = world.of_arrays
+    if _CHAIN not in known:
+        model, data = world.live_model, world.live_data
+        known[_CHAIN] = loops.CHAIN.of(
+            loops.Chain(
+                *(model.body_parentid, model.body_jntnum, model.body_jntadr, model.jnt_type),
+                *(model.jnt_qposadr, model.jnt_axis, model.jnt_pos, model.body_pos, model.body_quat),
+                *(model.qpos0, data.qpos, np.zeros(model.nbody, np.int64), np.zeros((1, 3))),
+                *(np.zeros((1, 4)), model.jnt_dofadr, data.qvel, model.body_ipos, np.zeros((2, 3))),
+            )
+        )
+    return known[_CHAIN]
+
+
 def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
     """Return `push(link, local, (fx, ..., pz))` of a body; valid until MuJoCo's model is recompiled."""
     world, rows = scene.world, record.rows
     data, wrenches = world.live_data, world.wrenches
     xpos, xquat, xipos, qpos, applied = data.xpos, data.xquat, data.xipos, data.qpos, data.xfrc_applied
     frames, free = _inertial_frames(record), record.body.free_qpos
-    arrays = kernels.Pushed(xpos, xquat, xipos, qpos, frames, applied)
+    centres = world.live_model.body_ipos
+    arrays = kernels.Pushed(xpos, xquat, xipos, qpos, frames, applied, centres)
 
     def push(link: int, local: int, numbers: tuple[Any, ...]) -> bool:
-        if link >= 0 or free < 0:
-            if scene.frames_are_old or scene.frames_revision != world.revision:
-                scene.frames(fresh=True)
-            elif world.is_moved:
-                world.kinematics()
-            place = -1
-        else:
-            place = free
+        place = free if link < 0 else -1
+        if place < 0 and (scene.frames_are_old or scene.frames_revision != world.revision):
+            scene.frames(fresh=True)
         shown, turns = world.kept_frames or (xpos, xquat)
         link += 1
-        if kernels.push_link(arrays, shown, turns, rows[link], link, place, local, *numbers):
+        row, moved = rows[link], 4 if place < 0 and world.is_moved else 0
+        done = kernels.push_link(arrays, shown, turns, row, link, place, local + moved, *numbers)
+        if done < 0:
+            world.link_frames(keeps_last=True)
+            shown, turns = world.kept_frames or (xpos, xquat)
+            done = kernels.push_link(arrays, shown, turns, row, link, place, local, *numbers)
+        if done:
             wrenches.pending = wrenches.pushed = True
             return True
         return False
@@ -108,7 +132,7 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
     if "push" in world.prepared:
         world.prepared["push"][record.number] = (
             *(scene, world, wrenches, xpos, xquat, xipos, qpos, frames, applied),
-            *(np.array(rows, dtype=np.int64), free),
+            *(np.array(rows, dtype=np.int64), free, centres),
         )
     return push
 
@@ -116,12 +140,14 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
 class LinkBoxes:
     """Boxes around the shapes of one body's links; valid until MuJoCo's model is recompiled."""
 
-    __slots__ = ("_box", "_boxes", "_frames", "_rows", "_world", "_xpos", "_xquat")
+    __slots__ = ("_box", "_boxes", "_chain", "_frames", "_rows", "_scene", "_world", "_xpos", "_xquat")
 
-    def __init__(self, world: World, record: BodyRecord) -> None:
+    def __init__(self, scene: PhysicsScene, record: BodyRecord) -> None:
         """Prepare reading of the boxes of a body."""
+        world = scene.world
         data, count = world.live_data, len(record.rows)
-        self._world, self._xpos, self._xquat = world, data.xpos, data.xquat
+        self._scene, self._world, self._xpos, self._xquat = scene, world, data.xpos, data.xquat
+        self._chain = chain_of(world)
         self._frames, self._rows = _inertial_frames(record), np.array(record.rows, dtype=np.int64)
         self._box, self._boxes = np.zeros(6), np.zeros((count, 8))
         for place, link in enumerate(record.model.links):
@@ -131,6 +157,8 @@ class LinkBoxes:
         if "box" in world.prepared and record.soft is None:
             world.prepared["box"][record.number] = (
                 *(world, data.xpos, data.xquat, self._frames, self._boxes, self._rows, self._box),
+                *(scene, chain_kernels().write_box_of_chain, self._chain),
+                *(tuple(n for place, row in enumerate(record.rows) for n in (row, place)), count - 1),
             )
 
     @property
@@ -140,11 +168,17 @@ class LinkBoxes:
 
     def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the two (3,) corners of a link's box in the world (m); -1 for the base."""
-        self._world.kinematics()
-        place, box = link + 1, self._box
-        kernels.link_box(
-            self._xpos, self._xquat, self._frames, self._boxes, int(self._rows[place]), place, box
-        )
+        place, box, scene = link + 1, self._box, self._scene
+        if self._world.is_moved and scene.single_reads < SINGLE_READS:
+            scene.single_reads += 1
+            write_box = chain_kernels().write_box_of_chain
+            write_box(self._chain, self._frames, self._boxes, int(self._rows[place]), place, box)
+        else:
+            scene.single_reads = 0
+            self._world.link_frames(keeps_last=True)
+            kernels.link_box(
+                self._xpos, self._xquat, self._frames, self._boxes, int(self._rows[place]), place, box
+            )
         a, b, c, d, e, f = box.tolist()
         return (a, b, c), (d, e, f)
 
@@ -177,7 +211,7 @@ class SceneBoxes:
 
         The box is larger by the margin (m) on all sides.
         """
-        self._world.kinematics()
+        self._world.link_frames(keeps_last=True)
         box, found = self._found
         count = kernels.links_in_box(self._arrays, *low, *high, margin, box, found)
         key = self._words[: 8 * count].tobytes()
@@ -213,7 +247,7 @@ class LinkGroup:
         """Return the fields of getLinkState of each link."""
         speeds: tuple[Any, ...] = ()
         if with_velocity:
-            self._world.velocities()
+            self._world.link_velocities()
             frames, rows, places, positions, turned = self._arrays
             velocities, linear, angular = self._speeds
             kernels.link_states(

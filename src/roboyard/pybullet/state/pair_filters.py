@@ -6,7 +6,7 @@ MuJoCo's contype and conaffinity; Bullet's own default requires both.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -57,12 +57,6 @@ class PairFilters:
     def shows_all(self, mask: int) -> bool:
         """Return whether the groups of all links share a bit with a mask."""
         return mask == -1 and not self.groups
-
-    def outside(self, mask: int, places: Iterable[Place]) -> set[Place]:
-        """Return those of some links whose groups share no bit with a mask; body -1 is none."""
-        if mask == -1 and not self.groups:
-            return set()
-        return {place for place in {*places} if place[0] >= 0 and not self.group_of(*place) & mask}
 
     def set_group(self, place: Place, group: int, mask: int) -> None:
         """Set the filter group and mask of a link, and update its pairs with all other links."""

@@ -433,7 +433,7 @@ class PhysicsScene:
         if self._margin_shapes is None:
             from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
 
-            self._margin_shapes = MarginShapes(self.world, self.geom_margins, self.shown_geoms)
+            self._margin_shapes = MarginShapes(self.world, self.geom_margins, self.shown_geoms, self.filters)
         return self._margin_shapes
 
     def shown_geoms(self, geoms: Any, mask: int) -> Any:
@@ -564,6 +564,7 @@ class PhysicsScene:
         else:
             world.step()
         self.frames_are_old = False
+        self.single_reads = 0
         self.frames_revision = self.motor_revision = world.revision
         self.last_step.drop()
         self._motor_forces = None

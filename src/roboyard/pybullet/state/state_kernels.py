@@ -9,6 +9,7 @@ import numpy as np
 from roboyard._records import NamedTuple
 from roboyard.native import Bundle, compiled, record
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
+from roboyard.sim.stepping.impulses.contact_row_kernels import NUMBERED
 
 NUMBER, LINK, KIND, ID, PLACES = range(5)
 """Columns of what is known of a geom: its body's number, its link, -1 for the base, the link's kind of
@@ -155,7 +156,7 @@ def link_states(  # pragma: no cover
             orientations[0, n, k], orientations[1, n, k] = b[k], d[k]
 
 
-def _write_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
+def write_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
     """Write the corners of the box around a link's shapes in the world to `out` (6,); see `link_box`."""
     (x, y, z), (i, j, k, w), _, _ = link_pose(xpos, xquat, frames, row, link)
     box = boxes[link]
@@ -181,7 +182,7 @@ def _write_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
 
 def link_box_of(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
     """`link_box` as a part of machine code."""
-    _write_box(xpos, xquat, frames, boxes, row, link, out)
+    write_box(xpos, xquat, frames, boxes, row, link, out)
 
 
 @compiled("f8[:,:] f8[:,:] f8[:,:] f8[:,:] i8 i8 f8[:]")
@@ -192,7 +193,7 @@ def link_box(xpos, xquat, frames, boxes, row, link, out):  # pragma: no cover
     margins included, then 0 for a box that turns with the link, 1 for a ball's, 2 for a plane's, which is in
     the world; then whether there are shapes. row: the link's row in xpos; link: in frames.
     """
-    _write_box(xpos, xquat, frames, boxes, row, link, out)
+    write_box(xpos, xquat, frames, boxes, row, link, out)
 
 
 class Boxes(NamedTuple):
@@ -221,7 +222,7 @@ def links_in_box(arrays, ax, ay, az, bx, by, bz, margin, box, found):  # pragma:
     for link in range(len(rows) - 1, -1, -1):
         if boxes[link, 7] == 0.0:
             continue
-        _write_box(arrays.xpos, arrays.xquat, arrays.frames, boxes, rows[link], link, box)
+        write_box(arrays.xpos, arrays.xquat, arrays.frames, boxes, rows[link], link, box)
         is_below = box[0] <= bx and box[1] <= by and box[2] <= bz
         if is_below and box[3] >= ax and box[4] >= ay and box[5] >= az:
             found[count] = link
@@ -266,22 +267,26 @@ class Pushed(NamedTuple):
     """(n, 7) inertial frames in link frames."""
     applied: Any
     """Forces and torques, xfrc_applied."""
+    centres: Any
+    """(nbody, 3) MuJoCo's centres of mass in body frames, body_ipos (m)."""
 
 
-_PUSHED = record(Pushed, "f8[:,:] f8[:,:] f8[:,:] f8[:] f8[:,:] f8[:,:]")
+_PUSHED = record(Pushed, "f8[:,:] f8[:,:] f8[:,:] f8[:] f8[:,:] f8[:,:] f8[:,:]")
 
 
 @compiled(_PUSHED, "f8[:,:] f8[:,:] i8 i8 i8 i8 f8 f8 f8 f8 f8 f8 f8 f8 f8 -> i8")
 def push_link(  # pragma: no cover
     arrays, shown, turns, row, link, free, local, fx, fy, fz, tx, ty, tz, px, py, pz
 ):
-    """Add a force at a point and a torque to MuJoCo's forces; return 0 where they are not finite.
+    """Add a force at a point and a torque to MuJoCo's forces; return 1.
+
+    Return 0 where they are not finite, -1 where they depend on frames that are not up to date.
 
     shown, turns: body poses that scripts see (w first). row: the link's row in them; link: in frames. free:
     the free joint's place in qpos, -1 for a link. local: 0 world axes, 1 axes and origin of the inertial
-    frame; 2 more: at its centre.
+    frame; 2 more: at its centre; 4 more: frames are not up to date, but as scripts see them.
     """
-    xpos, xquat, xipos, qpos, frames, out = arrays
+    xpos, xquat, xipos, qpos, frames, out, centres = arrays
     x, y, z = shown[row, 0], shown[row, 1], shown[row, 2]
     w, i, j, k = turns[row, 0], turns[row, 1], turns[row, 2], turns[row, 3]
     vx, vy, vz = frames[link, 0], frames[link, 1], frames[link, 2]
@@ -289,7 +294,11 @@ def push_link(  # pragma: no cover
     if free >= 0:
         x, y, z = qpos[free], qpos[free + 1], qpos[free + 2]
         w, i, j, k = qpos[free + 3], qpos[free + 4], qpos[free + 5], qpos[free + 6]
-    else:  # MuJoCo has the centre of mass of a massless link in the origin of its frame
+    elif (
+        abs(centres[row, 0] - vx) + abs(centres[row, 1] - vy) + abs(centres[row, 2] - vz) > 1e-12
+    ):  # MuJoCo has the centre of mass of a massless link in the origin of its frame
+        if local & 4:
+            return -1
         cx, cy, cz = _rotated((xquat[row, 0], xquat[row, 1], xquat[row, 2], xquat[row, 3]), (vx, vy, vz))
         ox, oy, oz = (
             xpos[row, 0] + cx - xipos[row, 0],
@@ -329,34 +338,79 @@ def push_link(  # pragma: no cover
 
 
 def push_link_of(  # pragma: no cover
-    xpos, xquat, xipos, qpos, frames, applied, shown, turns, row, link, free, local,
+    xpos, xquat, xipos, qpos, frames, applied, centres, shown, turns, row, link, free, local,
     fx, fy, fz, tx, ty, tz, px, py, pz,
 ):  # fmt: skip
     """`push_link` as a part of machine code."""
-    arrays = (xpos, xquat, xipos, qpos, frames, applied)
+    arrays = (xpos, xquat, xipos, qpos, frames, applied, centres)
     return push_link(arrays, shown, turns, row, link, free, local, fx, fy, fz, tx, ty, tz, px, py, pz)
 
 
-@compiled("f8[:,:] f8[:,:] f8[:] f8[:,:] i4[:,:] i4[:,::1] f8[::1] f8 i8 i8 i8 i8 f8[:,::1] i8[:,::1] -> i8")
-def list_contacts(  # pragma: no cover
-    position, frame, distance, force, geom, places, reaches, parts, body_a, body_b, link_a, link_b, numbers,
-    links,
-):  # fmt: skip
-    """Write the contacts that are asked for; return how many there are.
+class Listed(NamedTuple):
+    """The contacts of a step, and room for what getContactPoints returns of them."""
 
-    position, ..., geom: MuJoCo's contacts, (k, ...). force: (k, 3) along the rows of `frame`, on the second
-    geom (N). places: (ngeom, 4), see NUMBER. reaches: (ngeom,) gaps (m) up to which contacts that do not push
-    count. parts: of the step, over which impulses are shared. body_a, ..., link_b: those that are asked for,
-    -1 or `ANY_LINK` for all. numbers: (k, 19) and links: (k, 4) bodies A and B and their links, written.
+    geom: Any
+    """(k, 2) and the next ones: as in MuJoCo's contacts."""
+    address: Any
+    dim: Any
+    distance: Any
+    position: Any
+    frame: Any
+    force: Any
+    """Forces along the rows of `frame`, on the second geom (N): `dim` from NUMBERED - `address` on."""
+    places: Any
+    """(ngeom, 4), see NUMBER."""
+    reaches: Any
+    """(ngeom,) gaps (m) up to which contacts that do not push count."""
+    numbers: Any
+    """(k, 19), written."""
+    links: Any
+    """(k, 4) bodies A and B and their links, written."""
+    counts: Any
+    """The first is the number of contacts."""
+
+
+_LISTED = record(
+    Listed, "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[::1] i4[:,::1] f8[::1] f8[:,::1] i8[:,::1] i4[::1]"
+)
+LISTED = Bundle((_LISTED,))
+
+
+@compiled(LISTED, "f8 i8 i8 i8 i8 -> i8")
+def list_known_contacts(listed, parts, body_a, body_b, link_a, link_b):  # pragma: no cover
+    """`list_contacts` of arrays that many calls have in common."""
+    return _list(listed, parts, body_a, body_b, link_a, link_b)
+
+
+@compiled(_LISTED, "f8 i8 i8 i8 i8 -> i8")
+def list_contacts(listed, parts, body_a, body_b, link_a, link_b):  # pragma: no cover
+    """Write the contacts that are asked for; return how many there are, -1 where there is not enough room.
+
+    parts: of the step, over which impulses are shared. body_a, ..., link_b: those that
+    are asked for, -1 or `ANY_LINK` for all.
 
     Bodies are in Bullet's order, or A is the one asked for: then bodies and points are swapped as in Bullet,
     friction stays that on the pair's first link.
     """
-    count = 0
-    for i in range(distance.shape[0]):
+    return _list(listed, parts, body_a, body_b, link_a, link_b)
+
+
+def _list(listed, parts, body_a, body_b, link_a, link_b):  # pragma: no cover
+    geom, position, frame, places = listed.geom, listed.position, listed.frame, listed.places
+    numbers, links, count = listed.numbers, listed.links, listed.counts[0]
+    if count > len(links):
+        return -1
+    found = 0
+    for i in range(count):
         g, h = geom[i, 0], geom[i, 1]
-        gap, pushing = distance[i], force[i, 0] / parts
-        if gap > 0.0 and pushing <= 0.0 and gap > min(reaches[g], reaches[h]):
+        if body_a >= 0 and places[g, NUMBER] != body_a and places[h, NUMBER] != body_a:
+            continue
+        row, dim = NUMBERED - listed.address[i], listed.dim[i]
+        first = listed.force[row] if row >= 0 else 0.0
+        second = listed.force[row + 1] if row >= 0 and dim > 1 else 0.0
+        third = listed.force[row + 2] if row >= 0 and dim > 2 else 0.0
+        gap, pushing = listed.distance[i], first / parts
+        if gap > 0.0 and pushing <= 0.0 and gap > min(listed.reaches[g], listed.reaches[h]):
             continue
         is_turned = comes_second(places, g, h)
         if is_turned:
@@ -364,8 +418,6 @@ def list_contacts(  # pragma: no cover
         sign = 1.0 if is_turned else -1.0
         swaps = body_a >= 0 and body_a != places[g, NUMBER]
         if swaps:
-            if body_a != places[h, NUMBER]:
-                continue
             g, h = h, g
         if body_b >= 0 and body_b != places[h, NUMBER]:
             continue
@@ -373,26 +425,26 @@ def list_contacts(  # pragma: no cover
             continue
         if link_b != ANY_LINK and link_b != places[h, LINK]:
             continue
-        links[count, 0], links[count, 1] = places[g, NUMBER], places[h, NUMBER]
-        links[count, 2], links[count, 3] = places[g, LINK], places[h, LINK]
+        links[found, 0], links[found, 1] = places[g, NUMBER], places[h, NUMBER]
+        links[found, 2], links[found, 3] = places[g, LINK], places[h, LINK]
         x, y, z = sign * frame[i, 0], sign * frame[i, 1], sign * frame[i, 2]
-        write_tangents(numbers, count, x, y, z)
+        write_tangents(numbers, found, x, y, z)
         half = 0.5 * gap
         across = along = 0.0
         for d in range(3):
             n = sign * frame[i, d]
             turned = -1.0 if swaps else 1.0
-            numbers[count, ON_A + d] = position[i, d] + turned * half * n
-            numbers[count, ON_B + d] = position[i, d] - turned * half * n
-            numbers[count, NORMAL + d] = turned * n
-            push = force[i, 0] * frame[i, d] + force[i, 1] * frame[i, 3 + d] + force[i, 2] * frame[i, 6 + d]
+            numbers[found, ON_A + d] = position[i, d] + turned * half * n
+            numbers[found, ON_B + d] = position[i, d] - turned * half * n
+            numbers[found, NORMAL + d] = turned * n
+            push = first * frame[i, d] + second * frame[i, 3 + d] + third * frame[i, 6 + d]
             push *= sign / parts
-            across += push * numbers[count, FIRST + d]
-            along += push * numbers[count, SECOND + d]
-        numbers[count, DISTANCE], numbers[count, PUSHING] = gap, pushing
-        numbers[count, ACROSS], numbers[count, ALONG] = across, along
-        count += 1
-    return count
+            across += push * numbers[found, FIRST + d]
+            along += push * numbers[found, SECOND + d]
+        numbers[found, DISTANCE], numbers[found, PUSHING] = gap, pushing
+        numbers[found, ACROSS], numbers[found, ALONG] = across, along
+        found += 1
+    return found
 
 
 def comes_second(places, g, h):

@@ -28,15 +28,16 @@ class UserData:
         """Start without entries."""
         self._ids = IdPool()
         self._values: dict[int, bytes] = {}
-        self._keys: dict[int, UserDataKey] = {}
-        self._numbers: dict[UserDataKey, int] = {}
+        self._keys: dict[int, UserDataKey | tuple[int, int, int, str]] = {}
+        """By id; machine code stores plain tuples."""
+        self._numbers: dict[UserDataKey | tuple[int, int, int, str], int] = {}
 
     def put(self, place: tuple[int, int, int, str], value: str) -> int:
         """Set an entry, whose key may be a plain tuple, and return its id.
 
         The id stays the same when the value is replaced.
         """
-        number = self._numbers.get(place)  # type: ignore[call-overload]
+        number = self._numbers.get(place)
         if number is None:
             number, key = self._ids.take(), UserDataKey(*place)
             self._numbers[key] = number
@@ -44,7 +45,7 @@ class UserData:
         self._values[number] = value.encode()
         return number
 
-    def find(self, key: UserDataKey) -> int:
+    def find(self, key: tuple[int, int, int, str]) -> int:
         """Return the id of an entry, or -1."""
         return self._numbers.get(key, -1)
 
@@ -63,10 +64,10 @@ class UserData:
 
     def of_body(self, body: int) -> list[tuple[int, UserDataKey]]:
         """Return (id, key) of a body's entries, oldest first."""
-        return [(number, key) for number, key in self._keys.items() if key.body == body]
+        return [(number, UserDataKey(*key)) for number, key in self._keys.items() if key[0] == body]
 
     def remove_bodies(self, bodies: Iterable[int]) -> None:
         """Remove all entries of some bodies."""
         removed = set(bodies)
-        for number in [number for number, key in self._keys.items() if key.body in removed]:
+        for number in [number for number, key in self._keys.items() if key[0] in removed]:
             self.remove(number)

@@ -92,7 +92,7 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
         start, end = (points[row if len(points) > 1 else 0].tolist() for points in (origins, targets))
         raise RoboyardError(f"ray {row}: start {start} and end {end} must be finite")
     world.show_triangles()
-    world.kinematics()
+    world.link_frames(keeps_last=True)
     geoms, normals = np.full(k, -1, dtype=np.int32), np.zeros((k, 3))
     distances = _meet(world, origins, directions, lengths, geoms, normals, visual=visual)
     fraction, owners = np.empty(k), np.empty((k, 2), dtype=np.int32)
@@ -188,7 +188,7 @@ def first_shape(
     if length == 0.0 or behind >= 1.0 or not math.isfinite(length + a + b + c):
         return None
     world.show_triangles()
-    world.kinematics()
+    world.link_frames(keeps_last=True)
     shapes, work = world.kept_rays.get(False) or _keep_shapes(world, visual=False)
     if shapes is None:
         origin = np.array([[a + behind * x, b + behind * y, c + behind * z]])

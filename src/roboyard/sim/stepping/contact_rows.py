@@ -159,6 +159,16 @@ class ContactRows:
         """Write the forces of joints and equalities into MuJoCo's array."""
         kernels().give_forces(found.rows, found.search, self._rows.force)
 
+    @property
+    def arrays(self) -> Rows:
+        """The arrays of the rows, until there are more."""
+        return self._rows
+
+    @property
+    def row_forces(self) -> Array:
+        """(n,) forces of all rows in the last step (N or N m)."""
+        return self._rows.force
+
     def forces(self, found: StepRows, count: int) -> Array:
         """Return (n, 6) forces (N) and torques (N m) of the contacts that have rows here, 0 of others.
 

@@ -156,6 +156,8 @@ class Surfaces:
         """
         if not 0.0 <= value <= 1.0:
             raise RoboyardError(f"link {link.name!r}: restitution must be between 0 and 1, got {value}")
+        if self._restitution.get((link.body.id, link.index)) == value:
+            return
         self._restitution[(link.body.id, link.index)] = value
         if self._restitution_rows is not None and self._world.takes_numbers():
             self._restitution_rows[[geom.id for geom in link._built.geoms]] = value

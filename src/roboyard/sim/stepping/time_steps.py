@@ -17,13 +17,14 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.constraints import Constraints
-from roboyard.sim.stepping.contact_rows import first_half, without
+from roboyard.sim.stepping.contact_rows import ContactRows, first_half, without
 from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.sequential_motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
+from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.triangle_windows import TriangleWindows
@@ -392,6 +393,23 @@ class Stepping:
             mujoco.mj_contactForce(model, data, i, wrench)
             out[i] = wrench[:3]
         return out
+
+    def contacts_in_place(self) -> tuple[Contacts, Array, np.ndarray] | None:
+        """Return contacts of the last step, (n,) forces of its rows, and (6,) counts, that of contacts first.
+
+        The arrays may be longer, and stay from step to step; a contact's rows are numbered as
+        `contact_row_kernels.NUMBERED` says. None where MuJoCo made the rows.
+        """
+        found = None if self._compiled is None else self._compiled[1]
+        own = self.in_turn.contact_rows
+        if found is None or not own.is_last:
+            return None
+        return found.contacts, own.row_forces, found.search.counts
+
+    @property
+    def own_rows(self) -> tuple[ContactRows, Rows]:
+        """The rows that are made here, and their arrays now."""
+        return self.in_turn.contact_rows, self.in_turn.contact_rows.arrays
 
     def find_reactions(self, model: Any, data: Any) -> None:
         """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, as `mj_rnePostConstraint` does."""

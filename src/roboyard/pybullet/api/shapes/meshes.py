@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.transforms import Array, conjugate, matrix_from_quaternion, multiply, rotate
 
 if TYPE_CHECKING:
+    from roboyard.pybullet.bullet_rules.models import BodyModel
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.shapes.mesh import TriangleMesh
@@ -57,13 +58,22 @@ def getMeshData(
 
         return soft_mesh(record.soft, simulated=whole(flags) == c.MESH_DATA_SIMULATION_MESH)
     whole(flags)
-    link = record.model.links[linkIndex + 1]
-    shapes = split_objects(link.collisions)
-    if whole(collisionShapeIndex) >= 0:
-        shapes = shapes[collisionShapeIndex : collisionShapeIndex + 1]
-    found = [_vertices(record, shape, link.frame) for shape in shapes]
-    rows = tuple(tuple(row) for points in found for row in points.tolist())
-    return len(rows), rows
+    known = record.of_model("mesh data", _no_answers)
+    key = linkIndex, max(whole(collisionShapeIndex), -1)
+    if key not in known:
+        link = record.model.links[linkIndex + 1]
+        shapes = split_objects(link.collisions)
+        if collisionShapeIndex >= 0:
+            shapes = shapes[collisionShapeIndex : collisionShapeIndex + 1]
+        found = [_vertices(record, shape, link.frame) for shape in shapes]
+        rows = tuple(tuple(row) for points in found for row in points.tolist())
+        known[key] = len(rows), rows
+    answer: tuple[int, tuple[tuple[float, ...], ...]] = known[key]
+    return answer
+
+
+def _no_answers(_: BodyModel) -> dict[tuple[int, int], Any]:
+    return {}
 
 
 def _vertices(record: BodyRecord, shape: Collision, frame: Pose) -> Array:

@@ -51,6 +51,10 @@ Vector = Sequence[float]
 _FAILED, _ARRAY_FAILED = "createVisualShape failed.", "createVisualShapeArray failed."
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 _NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+_PLAIN = (c.GEOM_SPHERE, c.GEOM_BOX, c.GEOM_CYLINDER, c.GEOM_CAPSULE)
+_KNOWN: dict[Any, Visual] = {}
+"""Visuals of plain shapes by what they were made of: programs make many of the same."""
+_MOST_KNOWN = 256
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -352,6 +356,16 @@ def _visual(
     normals: Sequence[Vector] | None = None, uvs: Sequence[Vector] | None = None, *,
     message: str = _FAILED,
 ) -> Visual | None:  # fmt: skip
+    key: Any = None
+    if kind in _PLAIN:
+        try:
+            extents = None if half_extents is None else tuple(half_extents)
+            key = kind, radius, length, extents, tuple(rgba), tuple(position), tuple(orientation)
+            found = _KNOWN.get(key)
+        except TypeError:  # raised below, with PyBullet's text
+            key = found = None
+        if found is not None:
+            return found
     r, g, b, a = quaternion_or(rgba, _WHITE)
     if (
         kind == c.GEOM_MESH
@@ -369,11 +383,16 @@ def _visual(
         geometry = replace(geometry, data=mesh_of(vertices, indices, normals, uvs))
     q = np.array(quaternion_or(orientation, _IDENTITY))
     x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
-    return Visual(
+    made = Visual(
         geometry=geometry,
         origin=Pose(position=vector3_or(position, _NOWHERE), quaternion=(x, y, z, w)),
         material=Material(rgba=(r, g, b, a)),
     )
+    if key is not None:
+        if len(_KNOWN) >= _MOST_KNOWN:
+            _KNOWN.clear()
+        _KNOWN[key] = made
+    return made
 
 
 def _keep(client: Client, visuals: tuple[Visual, ...]) -> int:

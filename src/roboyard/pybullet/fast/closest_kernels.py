@@ -1,0 +1,129 @@
+"""Compiled closest points of the shapes of two bodies, placed as they are now where nothing else has."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from roboyard._records import NamedTuple
+from roboyard.native import Bundle, c_function, compiled, record
+from roboyard.pybullet.bullet_rules.chain_kernels import CHAIN, follow_chain, times, turned
+from roboyard.sim.mujoco_library import mujoco_library
+
+PLANE = 0
+"""MuJoCo's kind of infinite planes."""
+LEAST_REACH = 1e-6
+"""Distance (m) up to which points are looked for at least."""
+NUMBERS = 10
+"""Numbers of a pair: points on A and on B (m), normal on B towards A, distance (m)."""
+_SLACK = 1e-9
+"""Share by which bounding spheres are taken larger, and length (m)."""
+
+mj_geomDistance = c_function("mj_geomDistance", "i8 i8 i4 i4 f8 i8 -> f8", library=mujoco_library)
+
+
+class Shapes(NamedTuple):
+    """MuJoCo's arrays of shapes, and room for two points."""
+
+    kinds: Any
+    bodies: Any
+    positions: Any
+    turns: Any
+    xpos: Any
+    xmat: Any
+    radii: Any
+    """(ngeom,) radii of bounding spheres; 0 for planes (m)."""
+    ends: Any
+    """(6,)"""
+    model: int
+    """Address of MuJoCo's model."""
+    data: int
+    """Address of MuJoCo's data."""
+
+
+CLOSEST = Bundle(
+    (
+        record(Shapes, "i4[::1] i4[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] i8 i8"),
+        *CHAIN.records,
+    )
+)
+
+
+def _place(shapes, chain, geoms):  # pragma: no cover
+    """Write poses of shapes at the present positions, those of one body after another."""
+    last = -1
+    for n in range(len(geoms)):
+        geom = geoms[n]
+        body = shapes.bodies[geom]
+        if body != last:
+            follow_chain(chain, body, False)
+            last = body
+        q = chain.turned[0, 0], chain.turned[0, 1], chain.turned[0, 2], chain.turned[0, 3]
+        away = turned(q, (shapes.positions[geom, 0], shapes.positions[geom, 1], shapes.positions[geom, 2]))
+        own = shapes.turns[geom, 0], shapes.turns[geom, 1], shapes.turns[geom, 2], shapes.turns[geom, 3]
+        w, x, y, z = times(q, own)
+        for k in range(3):
+            shapes.xpos[geom, k] = chain.at[0, k] + away[k]
+        matrix = shapes.xmat
+        matrix[geom, 0] = w * w + x * x - y * y - z * z
+        matrix[geom, 1], matrix[geom, 2] = 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
+        matrix[geom, 4] = w * w - x * x + y * y - z * z
+        matrix[geom, 3], matrix[geom, 5] = 2.0 * (x * y + w * z), 2.0 * (y * z - w * x)
+        matrix[geom, 8] = w * w - x * x - y * y + z * z
+        matrix[geom, 6], matrix[geom, 7] = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x)
+
+
+def _is_far(shapes, a, b, reach):  # pragma: no cover
+    """Return whether bounding spheres show that two shapes are farther apart."""
+    if shapes.kinds[a] == PLANE:
+        a, b = b, a
+    x = shapes.xpos[a, 0] - shapes.xpos[b, 0]
+    y = shapes.xpos[a, 1] - shapes.xpos[b, 1]
+    z = shapes.xpos[a, 2] - shapes.xpos[b, 2]
+    wide = (reach + shapes.radii[a] + shapes.radii[b]) * (1.0 + _SLACK) + _SLACK
+    if shapes.radii[a] <= 0.0:
+        return False
+    if shapes.kinds[b] == PLANE:
+        return x * shapes.xmat[b, 2] + y * shapes.xmat[b, 5] + z * shapes.xmat[b, 8] > wide
+    return shapes.radii[b] > 0.0 and x * x + y * y + z * z > wide * wide
+
+
+@compiled(CLOSEST, "f8[::1] i8[::1] i8[::1] f8 i8 f8[:,::1] i8[:,::1] -> i8", library=mujoco_library)
+def closest_points(shapes, chain, margins, first, second, limit, is_moved, out, pairs):  # pragma: no cover
+    """Write the closest points of all pairs of shapes within a distance (m); return how many there are.
+
+    margins: (ngeom,) by which Bullet's shapes are larger (m). first, second: MuJoCo's geoms of both sides.
+    is_moved: 1 where their poses have to be computed. out: (n, NUMBERS), and pairs: (n, 2) places in first
+    and second, written.
+    """
+    if is_moved == 1:
+        _place(shapes, chain, first)
+        _place(shapes, chain, second)
+    count, ends = 0, shapes.ends
+    for i in range(len(first)):
+        for j in range(len(second)):
+            a, b = first[i], second[j]
+            both = margins[a] + margins[b]
+            reach = max(limit + both, LEAST_REACH)
+            if a != b and _is_far(shapes, a, b, reach):
+                continue
+            gap = mj_geomDistance(shapes.model, shapes.data, a, b, reach, ends.ctypes.data)
+            total = 0.0
+            for k in range(6):
+                total += abs(ends[k])
+            if gap > reach or (gap == reach and total == 0.0):
+                continue
+            x, y, z = ends[0] - ends[3], ends[1] - ends[4], ends[2] - ends[5]
+            length = (x * x + y * y + z * z) ** 0.5
+            if length <= 1e-12:
+                x, y, z, length = 0.0, 0.0, 1.0, 1.0
+            if gap < 0.0:
+                length = -length
+            normal = x / length, y / length, z / length
+            for k in range(3):
+                out[count, k] = ends[k] - margins[a] * normal[k]
+                out[count, 3 + k] = ends[3 + k] + margins[b] * normal[k]
+                out[count, 6 + k] = normal[k]
+            out[count, 9] = gap - both
+            pairs[count, 0], pairs[count, 1] = i, j
+            count += 1
+    return count

@@ -1,0 +1,78 @@
+"""The closest points of two bodies' shapes, found in one compiled call."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.native import can_call
+from roboyard.pybullet.fast import closest_kernels as kernels
+from roboyard.sim.mujoco_library import mujoco_library
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.state.body_records import Side
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
+
+Point = tuple[Any, ...]
+_FEW = 4
+"""Shapes of both sides up to which only these are placed, not those of all bodies."""
+_ZEROS = (0.0, 0.0, 0.0)
+
+
+class ClosestSearch:
+    """Finds closest points in the arrays of one MjData."""
+
+    def __init__(self, scene: PhysicsScene) -> None:
+        """Look up MuJoCo's arrays."""
+        from roboyard.pybullet.state.link_groups import chain_of
+
+        self.scene = scene
+        world = scene.world
+        model, data = world.live_model, world.live_data
+        shapes = kernels.Shapes(
+            *(model.geom_type, model.geom_bodyid, model.geom_pos, model.geom_quat, data.geom_xpos),
+            *(data.geom_xmat, model.geom_rbound, np.zeros(6), model._address, data._address),
+        )
+        self._shapes = kernels.CLOSEST.of(shapes, *chain_of(world).records)
+        self._room = self._make_room(16)
+
+    def _make_room(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        return np.empty((count, kernels.NUMBERS)), np.empty((count, 2), np.int64)
+
+    def points(self, first: Side, second: Side, limit: float) -> tuple[Point, ...]:
+        """Return the rows of getClosestPoints of two sides' shapes within a distance (m)."""
+        scene, (out, pairs) = self.scene, self._room
+        a, b = first.geoms, second.geoms
+        count = len(a) * len(b)
+        if count > len(out):
+            out, pairs = self._room = self._make_room(2 * count)
+        world, moved = scene.world, 0
+        if world.is_moved:
+            moved = int(len(a) + len(b) <= _FEW)
+            if not moved:
+                world.link_frames(keeps_last=True)
+        found = kernels.closest_points(self._shapes, scene.geom_margins(), a, b, limit, moved, out, pairs)
+        if not found:
+            return ()
+        one, two = first.places, second.places
+        body_a, body_b = one[0][0], two[0][0]
+        return tuple(
+            [
+                (
+                    *(0, body_a, body_b, one[i][1], two[j][1], (x, y, z), (u, v, w), (p, q, r), distance),
+                    *(0.0, 0.0, _ZEROS, 0.0, _ZEROS),
+                )
+                for (i, j), (x, y, z, u, v, w, p, q, r, distance) in zip(
+                    pairs[:found].tolist(), out[:found].tolist(), strict=True
+                )
+            ]
+        )
+
+
+def closest_search(scene: PhysicsScene) -> ClosestSearch | None:
+    """Return the search of a scene whose arrays are made; None with height fields or without machine code."""
+    model = scene.world.live_model
+    if model.nhfield or not can_call(mujoco_library) or not hasattr(model, "_address"):
+        return None
+    return ClosestSearch(scene)
