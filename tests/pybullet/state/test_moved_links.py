@@ -13,7 +13,7 @@ from roboyard.pybullet.connections import CLIENTS
 LINK = """<link name="{name}"><inertial><mass value="1"/><origin xyz="0.1 0.2 0.3" rpy="0.3 0.2 0.1"/>
 <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
 JOINT = """<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>
-<origin xyz="{x} 0.2 -0.1" rpy="0.4 -0.3 {x}"/><axis xyz="1 2 -1"/>
+<origin xyz="{x} 0.2 -0.1" rpy="0.4 -0.3 {x}"/><axis xyz="0.6 0 -0.8"/>
 <limit lower="-9" upper="9" effort="9" velocity="9"/></joint>"""
 KINDS = "revolute", "prismatic", "continuous", "fixed", "spherical"
 
