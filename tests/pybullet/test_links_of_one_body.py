@@ -178,7 +178,7 @@ def test_rounds_end_after_a_row_that_nothing_moves(client: int, rounds: int, exp
 
 
 def test_a_body_that_tumbles_moves_by_its_centre_of_mass(client: int) -> None:
-    """Without forces the centre moves on a straight line, whatever the frame does."""
+    """Without forces the centre moves on a straight line, while the frame turns about it."""
     p.setGravity(0, 0, 0)
     shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.15, 0.2])
     body = p.createMultiBody(2, shape, -1, [0, 0, 1], baseInertialFramePosition=[0.1, 0.05, 0])

@@ -155,9 +155,9 @@ def test_torques_add_up_as_by_the_python_function(robot: int) -> None:
         for call in (p.setJointMotorControlArray, p.setJointMotorControlArray.__self__):
             p.stepSimulation()
             given = robot, joints, p.TORQUE_CONTROL, None, None, torques
-            told = outcome(call, *given)
+            answer = outcome(call, *given)
             efforts = scene().world.live_data.qfrc_applied.copy()
-            found.append((told, efforts.tolist(), scene().world.wrenches.pending))
+            found.append((answer, efforts.tolist(), scene().world.wrenches.pending))
         assert found[0] == found[1]
 
 

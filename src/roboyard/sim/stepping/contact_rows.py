@@ -38,7 +38,7 @@ Collide = Callable[[Callable[..., None], Any, Any], None]
 
 
 def first_half(lengths: np.ndarray | None, model: Any, data: Any) -> None:
-    """Do what mj_step1 does, with axes of these lengths; see `Engine.axis_lengths`."""
+    """Do what mj_step1 does, with axes of these lengths (nv,); see `Engine.axis_lengths`."""
     mujoco.mj_step1(model, data)
     if lengths is not None:
         data.cdof *= lengths[:, None]
@@ -92,7 +92,7 @@ class ContactRows:
             model: MjModel.
             data: MjData.
             flags: those of MuJoCo while contacts are found.
-            lengths: of axes; see `Engine.axis_lengths`.
+            lengths: (nv,) of axes; see `Engine.axis_lengths`.
         """
         if self._addresses is None or self._data is not data or self._lengths is not lengths:
             self._data, self._lengths, place = data, lengths, finding().flags_place()
@@ -114,7 +114,15 @@ class ContactRows:
     def find_with_others(
         self, model: Any, data: Any, found: StepRows, collide: Collide, lengths: np.ndarray | None
     ) -> int:
-        """Do what `find` does; return the number of rows of joints and equalities that MuJoCo has to make."""
+        """Do what `find` does; return the number of rows of joints and equalities that MuJoCo has to make.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            found: the contacts and rows.
+            collide: calls a function of MuJoCo that finds contacts.
+            lengths: (nv,) of axes; see `Engine.axis_lengths`.
+        """
         without(_NO_CONTACTS, partial(first_half, lengths), model, data)
         count = found.counts_now()[ALL]
         collide(mujoco.mj_collision, model, data)

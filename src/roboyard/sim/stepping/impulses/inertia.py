@@ -131,7 +131,7 @@ def change_velocities(mechanism, state, roots, change):  # pragma: no cover
 
 
 def follow_centres(mechanism, state):  # pragma: no cover
-    """Leave out of the frames' accelerations by forces alone what turns towards the centres of free bodies.
+    """Add what turns frames about the centres of free bodies to the frames' accelerations by forces alone.
 
     So rows are solved for the velocities of the centres, which change by forces alone; see `move_centres`.
     """
