@@ -333,6 +333,22 @@ def test_bundles_of_records_are_passed_as_one_argument() -> None:
     assert out[0] == -7.0
 
 
+ONE = Bundle((ITEM,))
+
+
+def test_a_bundle_of_one_record_is_passed_where_no_code_is_stored() -> None:
+    def sum_up_one(item, times):
+        item.places[0, 0] += times
+        return item.factor
+
+    item = Parts(np.array([1.0]), np.array([[4], [5]]), 3)
+    kernel = compiled(ONE, "i8 -> i8")(source_function(sum_up_one))
+    for loop in (kernel.load(), objects.jitted(kernel.py_func, kernel.signature)):
+        item.places[0, 0] = 4
+        assert loop(ONE.of(item), 7) == 3
+        assert item.places[0, 0] == 11
+
+
 def test_records_of_an_earlier_bundle_are_not_checked_again() -> None:
     one = Parts(np.array([1.0, -2.0, 3.5]), np.array([[2, 3], [1, 4]]).T, 3)
     two, other = one._replace(factor=-2), one._replace(parts=np.zeros(1), factor=7)

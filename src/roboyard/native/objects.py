@@ -27,7 +27,14 @@ from roboyard.native.memory import (
     stored_image,
 )
 from roboyard.native.processor import processor
-from roboyard.native.signatures import CallbackSignature, EntrySignature, FrontSignature, Signature, Words
+from roboyard.native.signatures import (
+    Bundle,
+    CallbackSignature,
+    EntrySignature,
+    FrontSignature,
+    Signature,
+    Words,
+)
 
 AnySignature = Signature | FrontSignature | EntrySignature | CallbackSignature
 _LAYOUT = 11
@@ -131,7 +138,7 @@ def jitted(function: FunctionType, signature: Signature) -> Callable[..., Any]:
     from roboyard.native.building import jit
 
     loop = jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan)
-    if signature.count == len(signature.arguments):
+    if not any(isinstance(argument, Bundle) for argument in signature.arguments):
         return loop
 
     def call(*values: Any) -> Any:
