@@ -151,6 +151,7 @@ class Simulation(Engine[Body]):
     def _complete_spec(self) -> None:
         self.constraints.complete_spec()
         self.filters.complete_spec()
+        self.filters.complete_masks()
 
     def _extra_key(self) -> Any:
         held = self.constraints.key()
@@ -188,6 +189,7 @@ class Simulation(Engine[Body]):
     def _after_compile(self) -> None:
         for part in (self._surfaces, self.motors, self.constraints, self.stepping, self.render_shapes):
             part.invalidate()
+        self.filters.write_groups()
         self.soft.invalidate()
         self.windows.invalidate()
         self.stepping.refresh()

@@ -40,6 +40,8 @@ class PairFilters:
         """Bodies whose own links may touch one another."""
         self._never: set[tuple[Place, Place]] = set()
         """Pairs of links that no filter lets collide."""
+        self._splits_bases = False
+        """Whether any group meets fixed bases and not links that move, or the other way."""
         self._taken_for_static: set[Place] = set()
         """Moving links that Bullet takes for parts of a fixed base."""
 
@@ -59,28 +61,22 @@ class PairFilters:
         return mask == -1 and not self.groups
 
     def set_group(self, place: Place, group: int, mask: int) -> None:
-        """Set the filter group and mask of a link, and update its pairs with all other links."""
+        """Set the filter group and mask of a link."""
         self.refresh(*place)
-        groups = self.groups
-        old, new = groups.get(place), (group, mask)
-        if old == new:
+        given = group, mask
+        if self.groups.get(place) == given:
             return
-        groups[place] = new
-        number, bodies, filtered = place[0], self._bodies, self._filtered
-        if number not in filtered:
-            filtered.add(number)
+        self.groups[place] = given
+        if place[0] not in self._filtered:
+            self._filtered.add(place[0])
             self._find_alone()
-        if old is None:
-            old = _STATIC if self._is_static(*place) else _MOVING
-        old_moving, old_static = _collides(old)  # links without a filter of their own, which may be many
-        moving, static = _collides(new)
-        moving, static = moving == old_moving, static == old_static
-        for body in filtered if moving and static else bodies:
-            if body == number and body not in self._self_colliding:
-                continue
-            record = bodies[body]
-            if not moving or body in filtered or record.model.fixed_base:
-                self._apply_to(place, record)
+        if not self._splits_bases:
+            meets_moving, meets_static = _collides(given)
+            if meets_moving != meets_static:
+                self._splits_bases = True
+                for body in self._bodies:
+                    self._apply_to((body, -1))
+        self._apply_to(place)
 
     def set_pair(self, a: Place, b: Place, collide: bool) -> None:
         """Enable or disable collisions of one pair of links; this overrides their groups."""
@@ -94,7 +90,7 @@ class PairFilters:
             self._world.stepping.manifolds.refresh(first.body.id, None if link is None else first.index)
 
     def add_body(self, record: BodyRecord, *, self_collision: bool, excludes_ancestors: bool = False) -> None:
-        """Apply the filters of other links to the links of a new body.
+        """Apply Bullet's filters to the links of a new body.
 
         Args:
             record: the body.
@@ -107,9 +103,8 @@ class PairFilters:
             self._find_alone()
             self._exclude_ancestors(record, only_parents=not excludes_ancestors)
         self._exclude_static(record)
-        for place, given in self.groups.items():
-            if _collides(given) != (True, True):
-                self._apply_to(place, record)
+        if self._splits_bases:
+            self._apply_to((record.number, -1))
 
     def _exclude_ancestors(self, record: BodyRecord, *, only_parents: bool) -> None:
         links, number = record.model.links, record.number
@@ -160,35 +155,20 @@ class PairFilters:
 
     def _find_alone(self) -> None:
         one = next(iter(self._filtered)) if len(self._filtered) == 1 else None
-        self.alone = None if one in self._self_colliding else one
+        before, self.alone = self.alone, None if one in self._self_colliding else one
+        if before is not None and self.alone is None:  # whose groups may have changed since, without effect
+            for place in self.groups:
+                if place[0] == before:
+                    self._apply_to(place)
 
-    def _apply_to(self, place: Place, record: BodyRecord) -> None:
-        """Apply the filters of a link to its pairs with all links of a body, of which there may be many."""
-        first, filters, number = self._link(*place), self._world.filters, record.number
-        if first is None:
-            return
-        group, mask, changed = self.group_of(*place), self._mask_of(*place), []
-        groups, pairs, never = self.groups, self._pairs, self._never
-        links = record.body.links[: record.joint_count + 1]
-        for link, (part, second) in enumerate(zip(record.model.links, links, strict=False), start=-1):
-            other = number, link
-            if not part.collisions or other == place:
-                continue
-            theirs = groups.get(other) or (_STATIC if self._is_static(number, link) else _MOVING)
-            collide = bool(group & theirs[1] or theirs[0] & mask)
-            if pairs or never:
-                pair = (place, other) if place < other else (other, place)
-                collide = pairs.get(pair, collide) and pair not in never
-            if filters.collides(first, second) != collide:
-                changed.append((first, second, collide))
-        if changed:
-            filters.set_all(changed)
-
-    def _mask_of(self, body: int, link: int) -> int:
-        given = self.groups.get((body, link))
-        if given is not None:
-            return given[1]
-        return ~STATIC_GROUP if self._is_static(body, link) else -1
+    def _apply_to(self, place: Place) -> None:
+        """Give the World the group and mask of a link; fixed bases differ where any group tells them."""
+        link = self._link(*place)
+        if link is not None:
+            given = self.groups.get(place)
+            if given is None:
+                given = _STATIC if self._splits_bases and self._is_static(*place) else _MOVING
+            self._world.filters.set_group(link, *given)
 
     def _is_static(self, body: int, link: int) -> bool:
         return self._bodies[body].model.fixed_base and link == -1
@@ -197,9 +177,8 @@ class PairFilters:
         if (min(a, b), max(a, b)) in self._never:
             collide = False
         first, second = self._link(*a), self._link(*b)
-        filters = self._world.filters
-        if first is not None and second is not None and filters.collides(first, second) != collide:
-            filters.set(first, second, collide=collide)
+        if first is not None and second is not None:
+            self._world.filters.set(first, second, collide=collide)
 
     def _link(self, body: int, link: int) -> Link | None:
         record = self._bodies.get(body)
