@@ -1,4 +1,4 @@
-"""Links that collide by group and mask: as bits of MuJoCo's masks, or pair by pair where bits do not suffice."""
+"""Groups of links: bits of MuJoCo's masks, and pairs that are excluded where bits do not suffice."""
 
 from __future__ import annotations
 
