@@ -43,14 +43,24 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
 
 
 class LazyLogger:
-    """A logger whose module is imported when something is logged."""
+    """A logger whose module is imported when something is logged.
+
+    Until any module imports `logging`, nothing can have set a level below a warning's, and messages below it
+    are dropped.
+    """
 
     def __init__(self, name: str) -> None:
         """Name the logger."""
         self._name = name
 
     def __getattr__(self, name: str) -> Any:
+        if name in ("debug", "info") and "logging" not in sys.modules:
+            return _drop
         return getattr(import_module("logging").getLogger(self._name), name)
+
+
+def _drop(*_: object, **__: object) -> None:
+    """Log nothing."""
 
 
 class _LazyPattern:

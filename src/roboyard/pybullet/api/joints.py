@@ -247,6 +247,7 @@ def enableJointForceTorqueSensor(
     if record is None or not 0 <= joint < record.joint_count:
         raise failure("Error: invalid jointIndex.", f"body {bodyUniqueId} has no joint {jointIndex}")
     (record.sensors.add if whole(enableSensor) else record.sensors.discard)(joint)
+    (client.scene.with_sensors.add if record.sensors else client.scene.with_sensors.discard)(record.number)
 
 
 # ------------------------------------------------------------------------------------------------- helpers

@@ -128,6 +128,8 @@ class PhysicsScene:
         self.parts = 1
         """Parts of the last step. Impulses of the last part are reported over the time of the whole step."""
         self._wrenches_known = False
+        self.with_sensors: set[int] = set()
+        """Bodies with force-torque sensors."""
 
     # ------------------------------------------------------------------------------------------------ bodies
 
@@ -293,6 +295,7 @@ class PhysicsScene:
         del self._records_by_world_id[record.body.id]
         drop_from_order(self.order, number)
         self._ids.free(number)
+        self.with_sensors.discard(number)
         if record in self._without_motors:
             self._without_motors.remove(record)
         self.spring_dampers = {key: effort for key, effort in self.spring_dampers.items() if key[0] != number}
@@ -517,7 +520,7 @@ class PhysicsScene:
     @property
     def has_sensors(self) -> bool:
         """Whether any joint has a force-torque sensor."""
-        return any(record.sensors for record in self.bodies.values())
+        return bool(self.with_sensors)
 
     def _keep_wrenches(self) -> None:
         """Compute reactions of the last step while MuJoCo's arrays have its constraints."""

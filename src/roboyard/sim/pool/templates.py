@@ -25,14 +25,15 @@ KINDS = ("body", "jnt", "dof", "tree", "geom", "bvh", "qpos")
 STRUCTURE_FIELDS = ("body_simple", "bvh_child", "bvh_depth")
 """Arrays that depend on a body's numbers and on nothing outside it, and that other arrays are ordered by."""
 BODY_FIELDS = (
-    "explicitinertial", "fuse", "gravcomp", "inertia", "ipos", "iquat", "mass", "mocap", "simple", "sleep",
+    "explicitinertial", "fuse", "gravcomp", "inertia", "ipos", "iquat", "mass", "mocap", "simple",
 )  # fmt: skip
 GEOM_FIELDS = (
     "adhesion", "castshadow", "conaffinity", "condim", "contype", "density", "fitscale", "fluid_coefs",
     "fluid_ellipsoid", "friction", "fromto", "gap", "group", "margin", "mass", "material", "meshname", "pos",
-    "priority", "quat", "rgba", "size", "solimp", "solmix", "solref", "surfacevel", "type", "typeinertia",
+    "priority", "quat", "rgba", "size", "solimp", "solmix", "solref", "surfacevel",
 )  # fmt: skip
-"""Fields of a spec's elements that define a body."""
+"""Fields of a spec's elements that define a body, beside the types of its geoms: members of enumerations,
+which take as long to load as some programs run, are those of the compiled model instead."""
 
 MOST_LINKS = 64
 """Largest number of links of a pooled body."""
@@ -85,7 +86,7 @@ class BodyTemplate:
 
     def is_current(self) -> bool:
         """Whether the mesh files are unchanged."""
-        return not self.files or self.files == mesh_files(self.description)
+        return not self.files or self.files == mesh_files(self.description, self.options)
 
     @property
     def all_bytes(self) -> np.ndarray:
@@ -138,6 +139,8 @@ def make_template(description: RobotDescription, options: BuildOptions) -> BodyT
         model = spec.compile()
     except ValueError:
         return None
+    for geom, fields in zip(elements, geoms, strict=True):
+        fields["type"] = int(model.geom_type[geom.id])
     bound_inverse_weights(model)
     counts = {
         "body": model.nbody - 1,
@@ -164,7 +167,7 @@ def make_template(description: RobotDescription, options: BuildOptions) -> BodyT
         mass=root.mass,
         notes=tuple(built.notes),
         meshes=meshes,
-        files=mesh_files(description),
+        files=mesh_files(description, options),
         collisions=len(root.geoms),
         body=body,
         geoms=geoms,
@@ -175,10 +178,11 @@ def make_template(description: RobotDescription, options: BuildOptions) -> BodyT
     )
 
 
-def mesh_files(description: RobotDescription) -> tuple[TriangleMesh, ...]:
-    """Return the contents of a description's mesh files as they are now."""
-    links = description.links
-    shapes = (shape.geometry for link in links for shape in (*link.collisions, *link.visuals))
+def mesh_files(description: RobotDescription, options: BuildOptions) -> tuple[TriangleMesh, ...]:
+    """Return the contents of those mesh files of a description that are compiled, as they are now."""
+    shapes = [shape.geometry for link in description.links for shape in link.collisions]
+    if options.visual_geoms:
+        shapes += [shape.geometry for link in description.links for shape in link.visuals]
     paths = [g.path for g in shapes if isinstance(g, Mesh) and g.data is None and g.path is not None]
     try:
         return tuple(load_mesh(path) for path in paths)
@@ -222,7 +226,8 @@ def _row_fields() -> dict[str, str]:
 def _defaults() -> tuple[dict[str, Any], dict[str, Any]]:
     """Return MuJoCo's defaults of the fields of a body and of a geom."""
     body = new_spec().worldbody.add_body()
-    return _fields(body, BODY_FIELDS), _fields(body.add_geom(), GEOM_FIELDS)
+    geom = {**_fields(body.add_geom(), GEOM_FIELDS), "type": int(mujoco.mjtGeom.mjGEOM_SPHERE)}
+    return _fields(body, BODY_FIELDS), geom
 
 
 def _refers(name: str) -> bool:
