@@ -92,6 +92,26 @@ print(*(name for name in HEAVY if name in sys.modules))
     assert output_of(code).split() == []
 
 
+def test_a_program_that_spawns_bodies_loads_no_enumerations_and_no_logging() -> None:
+    code = """
+import sys
+import roboyard.pybullet as p
+import roboyard.pybullet_data as data
+p.connect(p.DIRECT)
+p.setAdditionalSearchPath(data.getDataPath())
+for k in range(5):
+    p.loadURDF("cube_small.urdf", [k, 0, 1])
+box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3)
+for _ in range(20):
+    made = p.createMultiBody(1, box, -1, [0, 0, 3])
+    p.stepSimulation()
+    p.removeBody(made)
+print(*(name for name in ("mujoco._enums", "logging", "numpy.ctypeslib", "PIL") if name in sys.modules))
+"""
+    output_of(code)  # compiles what is not compiled yet
+    assert output_of(code).split() == []
+
+
 def test_packages_with_plugins_of_mujocos_are_found_by_their_entry_points(tmp_path: Path) -> None:
     assert not plugins_are_installed([str(tmp_path / "missing"), str(tmp_path)])
     package = tmp_path / "other-1.0.dist-info"

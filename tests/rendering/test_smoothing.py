@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
@@ -102,6 +104,21 @@ def test_halving_takes_means_and_drops_odd_rims():
     assert table[0, 1].tolist() == [6, 1, 1]
     assert (table[0, 2:] == table[0, 1]).all()
     assert len(flat) == 7
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_a_level_is_the_rounded_mean_of_four_pixels(channels: int) -> None:
+    rng = np.random.default_rng(channels)
+    for height, width in product((1, 2, 3, 8, 17), repeat=2):
+        h, w = max(height // 2, 1), max(width // 2, 1)
+        bright = np.full((height, width, channels), 255, np.uint8)
+        for image in (rng.integers(0, 256, bright.shape).astype(np.uint8), bright):
+            rows, columns = (
+                np.minimum([2 * np.arange(n), 2 * np.arange(n) + 1], m - 1)
+                for n, m in ((h, height), (w, width))
+            )
+            four = [image[np.ix_(row, column)].astype(int) for row in rows for column in columns]
+            np.testing.assert_array_equal(halved(image), (sum(four) + 2) // 4)
 
 
 def test_only_used_texels_count_as_transparent():

@@ -17,6 +17,7 @@ import numpy as np
 from roboyard._arrays import NDArray
 from roboyard._lazy import LazyLogger, lazy_pattern
 from roboyard.shapes.mesh import shared
+from roboyard.shapes.readers.image_store import image_key, store_image, stored_image
 from roboyard.untrusted.files import is_inside, read_file
 from roboyard.untrusted.percent_codes import unquoted
 
@@ -113,7 +114,7 @@ def load_image_file(file: Path, what: str) -> NDArray[np.uint8] | None:
             _recent.move_to_end(key)
             return _recent[key]
     try:
-        image = decode_image(read_file(file, MAX_IMAGE_BYTES), what)
+        image = _decoded(read_file(file, MAX_IMAGE_BYTES), what)
     except OSError as error:
         _log.info("%s: %s; skipped", what, error.strerror)
         image = None
@@ -121,6 +122,17 @@ def load_image_file(file: Path, what: str) -> NDArray[np.uint8] | None:
         _recent[key] = image
         while sum(kept.nbytes for kept in _recent.values() if kept is not None) > RECENT_BYTES:
             _recent.popitem(last=False)
+    return image
+
+
+def _decoded(data: bytes, what: str) -> NDArray[np.uint8] | None:
+    """Return what `decode_image` returns, from the images on disk if possible."""
+    key = image_key(data)
+    image = stored_image(key)
+    if image is None:
+        image = decode_image(data, what)
+        if image is not None:
+            store_image(key, image)
     return image
 
 
