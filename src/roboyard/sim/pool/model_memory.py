@@ -17,4 +17,4 @@ def memory_of(model: Any) -> np.ndarray | None:
     size = max(values.ctypes.data + values.nbytes for values in arrays) - first
     if size > model.nbuffer:
         return None
-    return np.frombuffer((ctypes.c_uint8 * size).from_address(first), np.uint8)
+    return np.frombuffer(memoryview((ctypes.c_uint8 * size).from_address(first)), np.uint8)
