@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from roboyard.rendering import UNLIT, Camera
+from roboyard.rendering import UNLIT, Camera, RenderScene
 from roboyard.rendering.kernels.textures import COLORS, SINGLE, WHOLE, sample_textures
+from roboyard.rendering.scene_arrays import scene_arrays
 from roboyard.rendering.textures import pack
 from roboyard.shapes import primitives
 
@@ -109,3 +110,19 @@ def test_invalid_texture_coordinates_read_only_the_texture():
             np.empty(COLORS, dtype=np.uint32), out,
         )  # fmt: skip
         assert set(out.tolist()) - {0}  # written, in any colour
+
+
+def test_textures_are_packed_again_only_when_they_change(shape):
+    image = painting()
+    image.flags.writeable = False
+    scene = RenderScene(shapes=[shape(primitives.plane(1.0, 1.0, REPEAT), texture=image)])
+    first = scene_arrays(scene)
+    scene.revision += 1
+    assert scene_arrays(scene).texels is first.texels
+    for other in (image[::-1].copy(), image.copy()):  # two that a program may write into
+        scene.shapes = [shape(primitives.plane(1.0, 1.0, REPEAT), texture=other)]
+        for red in (1, 2):
+            other[:, :, 0] = red
+            scene.revision += 1
+            texels = scene_arrays(scene).texels
+            np.testing.assert_array_equal(texels, pack([other])[0])

@@ -42,6 +42,8 @@ class SceneArrays:
     """Packed colours of all textures, see `roboyard.rendering.textures.pack`."""
     texture_table: Ints
     """Place of each texture's levels in `texels`, see `roboyard.rendering.textures.pack`."""
+    images: tuple[NDArray[np.uint8], ...]
+    """All textures."""
 
     frame: Ints
     """(instances,) row of the frame arrays."""
@@ -86,7 +88,7 @@ def scene_arrays(scene: RenderScene) -> SceneArrays:
     cached = scene.extra.get(CACHE_KEY)
     if isinstance(cached, SceneArrays) and cached.revision == scene.revision:
         return cached
-    arrays = _gather(scene.shapes, scene.revision)
+    arrays = _gather(scene.shapes, scene.revision, cached if isinstance(cached, SceneArrays) else None)
     scene.extra[CACHE_KEY] = arrays
     return arrays
 
@@ -162,8 +164,8 @@ class _DrawLists:
             draws.append((i, vertex, vertex + len(arrays.vertices), face + a, face + b, cull))
 
 
-def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
-    """Collect the arrays of a scene's shapes."""
+def _gather(shapes: Sequence[RenderShape], revision: int, before: SceneArrays | None) -> SceneArrays:
+    """Collect the arrays of shapes; those of textures are as before where the images are the same."""
     table, draws = _MeshTable(), _DrawLists()
     materials = np.zeros((len(shapes), 11))
     links = np.full((len(shapes), 7), -1, dtype=np.int32)
@@ -188,7 +190,11 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
             turn, scale = np.asarray(shape.rotation, dtype=float), np.asarray(shape.scale, dtype=float)
             local[i], inverse[i] = turn * scale, (turn / scale).T
             draws.add(i, shape, arrays, offsets, see_through=see_through)
-    texels, texture_table = textures.pack(table.images)
+    images = tuple(table.images)
+    if before is not None and _are_same(images, before.images):
+        texels, texture_table = before.texels, before.texture_table
+    else:
+        texels, texture_table = textures.pack(images)
     meshes = table.meshes
     opaque = np.array(draws.opaque, dtype=np.int32).reshape(-1, 6)
     vertices = _join([m.vertices for m in meshes], (0, 3), np.float32)
@@ -207,6 +213,7 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
         colors=_join([m.colors for m in meshes if m.colors is not None], (0, 4), np.uint8),
         texels=texels,
         texture_table=texture_table,
+        images=images,
         frame=np.array([shape.frame for shape in shapes], dtype=np.int32),
         position=np.array([shape.position for shape in shapes], dtype=float).reshape(-1, 3),
         shape=local,
@@ -224,6 +231,13 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
         links=links,
         most_vertices=max((len(m.vertices) for m in meshes), default=0),
         textured=bool((links[:, 2] >= 0).any()),
+    )
+
+
+def _are_same(images: Sequence[NDArray[np.uint8]], others: Sequence[NDArray[np.uint8]]) -> bool:
+    """Return whether images are the same objects, whose pixels nobody can have changed."""
+    return len(images) == len(others) and all(
+        one is other and not one.flags.writeable for one, other in zip(images, others, strict=True)
     )
 
 
