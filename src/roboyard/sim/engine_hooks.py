@@ -1,4 +1,4 @@
-"""What the engine of a world asks of the classes above it."""
+"""Methods of a world that its engine calls, defined by the classes above it."""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from typing import cast
 
+from roboyard.description.axes import unit_axis
 from roboyard.description.model import TYPES_WITH_AXIS, Joint, JointType, Limit, Mimic, Vector3
 from roboyard.description.urdf.build_context import ORIGIN, children_of, unread_attributes, unread_part
 from roboyard.description.urdf.elements import JOINT_TYPES, JointElement
@@ -104,9 +105,7 @@ def _axis(joint: JointElement, element: ET.Element, problems: Problems) -> tuple
         return _DEFAULT_AXIS, 1.0
     if abs(length - 1.0) > UNIT_TOLERANCE:
         problems.note(element, joint.who, f"<axis> has length {length:.6g}; scaled to unit length")
-    if abs(length - 1.0) < 1e-15:
-        return cast(Vector3, axis), 1.0
-    return (axis[0] / length, axis[1] / length, axis[2] / length), length
+    return unit_axis(axis)
 
 
 def _mimic(joint: JointElement, problems: Problems) -> Mimic | None:

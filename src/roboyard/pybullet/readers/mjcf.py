@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from roboyard.description.axes import unit_axis
 from roboyard.description.model import (
     Contact,
     Inertial,
@@ -225,9 +226,7 @@ def _joint(
             low, high = low * pi / 180.0, high * pi / 180.0
     elif kind == "revolute":
         kind = "continuous"
-    axis = np.array(numbers(element, "axis", 3, reader) or (1.0, 0.0, 0.0))
-    length = float(np.linalg.norm(axis))
-    x, y, z = (float(v) for v in axis / length) if length else (1.0, 0.0, 0.0)
+    axis, length = unit_axis(numbers(element, "axis", 3, reader) or (1.0, 0.0, 0.0))
     name = element.get("name")
     tree.joints.append(
         Joint(
@@ -236,8 +235,8 @@ def _joint(
             parent=tree.links[parent].name,
             child=tree.links[link].name,
             origin=_as_pose(pose),
-            axis=(x, y, z),
-            axis_length=length if abs(length - 1.0) > 1e-15 and length else 1.0,
+            axis=axis,
+            axis_length=length,
             limit=Limit(lower=low, upper=high),
             source=reader.source(element),
         )

@@ -66,6 +66,7 @@ def size_of(kind: Kind) -> str:
 
 
 def check_finite(what: str, values: ArrayLike) -> None:
+    """Raise an error that names what a number or numbers (n,) are for unless all are finite."""
     # plain numbers are much faster than arrays
     if type(values) is tuple and len(values) == 3:
         x, y, z = values
@@ -109,5 +110,6 @@ def unit_quaternion(values: ArrayLike) -> tuple[float, float, float, float]:
 
 
 def check_force(max_force: float) -> None:
+    """Raise an error for a bound (N or N m) that is no number."""
     if max_force != max_force:
         raise RoboyardError("the largest force of a constraint must be a number, got nan; inf is no bound")

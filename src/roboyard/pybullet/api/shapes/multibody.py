@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard.description.axes import unit_axis
 from roboyard.description.model import (
     Box,
     Capsule,
@@ -220,9 +221,7 @@ def _jointed_link(
         raise failure(
             _FAILED, f"the parent of link {number_ - 1} is {parent}; parents must come before their children"
         )
-    direction = np.array(vector3(axis, _FAILED))
-    length = float(np.linalg.norm(direction))
-    x, y, z = (float(v) for v in direction / length) if length else (1.0, 0.0, 0.0)
+    direction, length = unit_axis(vector3(axis, _FAILED))
     link.parent = places[parent]
     link.joint = Joint(
         name=f"joint{number_}",
@@ -230,8 +229,8 @@ def _jointed_link(
         parent=f"link{parent}",
         child=link.name,
         origin=_pose(position, orientation),
-        axis=(x, y, z),
-        axis_length=length if length and abs(length - 1.0) > 1e-15 else 1.0,
+        axis=direction,
+        axis_length=length,
         limit=_NO_RANGE,
     )
     return link

@@ -92,7 +92,14 @@ def quicksort(items: list[tuple[int, Any, int]]) -> None:
 def number_places(
     order: list[tuple[int, int]], slot: np.ndarray, limit_slot: np.ndarray, equality_slot: np.ndarray
 ) -> int:
-    """Write the first row of each motor, limit and equality, -1 for none; return the number of rows."""
+    """Write the first row of each motor, limit and equality, -1 for none; return the number of rows.
+
+    Args:
+        order: of solution, as `solution_order` returns it.
+        slot: (nv,) of motors.
+        limit_slot: (nv,) of limits.
+        equality_slot: (neq,) of equalities.
+    """
     for values in (slot, limit_slot, equality_slot):
         values[:] = -1
     places = 0
