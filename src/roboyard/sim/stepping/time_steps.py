@@ -17,7 +17,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.constraints import Constraints
-from roboyard.sim.stepping.contact_rows import ContactRows, first_half, without
+from roboyard.sim.stepping.contact_rows import ContactRows, find_with_welds, first_half, without
 from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
@@ -277,7 +277,7 @@ class Stepping:
             self._makes_rows = False
             self._solve_rows(model, data, found, r.OTHERS, remade=True)
             return
-        self._collide(partial(first_half, self._world.axis_lengths()), model, data)
+        self._collide(self._first_half(), model, data)
         answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
         if answer == r.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
@@ -343,6 +343,10 @@ class Stepping:
             without(flags, call, model, data)
         else:
             call(model, data)
+
+    def _first_half(self) -> Callable[[Any, Any], None]:
+        """Return what mj_step1 does in this world."""
+        return partial(first_half, self._world.axis_lengths(), self.in_turn.contact_rows.welds)
 
     def _flags_of_fields(self, model: Any, data: Any) -> int:
         """Return MuJoCo's flags with which it leaves room for the points of shapes on height fields."""
@@ -491,7 +495,7 @@ class Stepping:
             self.manifolds.prepare(model, data)
         if self._is_bounded:
             self.constraints.prepare(model)
-        self._collide(partial(first_half, self._world.axis_lengths()), model, data)
+        self._collide(self._first_half(), model, data)
         if self._soft.by_id:
             self._soft.add_forces(model, data)
         if world.hard_contacts:
@@ -579,7 +583,7 @@ class Stepping:
         self.manifolds.prepare(model, data)
         if self._compiled is None:
             self._compiled = self._look_up(model, data)
-        self._collide(mujoco.mj_collision, model, data)
+        self._collide(partial(find_with_welds, self.in_turn.contact_rows.welds), model, data)
         found = self._compiled[1]
         if found.look()[0]:
             self._update_points(model, data, found)
