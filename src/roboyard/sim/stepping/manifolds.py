@@ -9,6 +9,7 @@ few steps.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
@@ -60,6 +61,11 @@ _BLANK = mujoco.MjContact()
 """Given to MuJoCo for contacts that are written then."""
 
 
+FirstBoxes = Callable[[Sequence[int]], tuple[np.ndarray, Array]]
+"""Returns geoms (n,) of bodies by their ids, and (n, 6) least and largest coordinates of the boxes in which they
+were made (m); 0 where these are not known."""
+
+
 @dataclass(frozen=True, slots=True)
 class MetPairs:
     """The pairs whose boxes meet after a step, in their order; see `meet`."""
@@ -108,6 +114,11 @@ class Manifolds:
         """Of bodies and links, until others come or go."""
         self.points = _no_points()
         """The points, as arguments of compiled loops."""
+        self.first_boxes: FirstBoxes | None = None
+        """Looks up the boxes in which the shapes of bodies were made; where they are at the first step without
+        it."""
+        self._has_new = False
+        """Whether there may be shapes that have not been in a step."""
 
     @property
     def keeps(self) -> bool:
@@ -228,6 +239,7 @@ class Manifolds:
             self.points, bound.trees, *((_NO_GEOMS, rows) if is_there else (rows, _NO_GEOMS))
         )
         self._ranges.clear()
+        self._has_new = True
         if self.points.notes[REFRESHED]:
             self._write_refreshed(bound)
 
@@ -263,11 +275,26 @@ class Manifolds:
         """Let MuJoCo find one point of a pair where points are kept, before mj_step1."""
         if self._bound is None:
             self._bind(model, data)
+        if self._has_new:
+            self._has_new = False
+            self._write_first_boxes()
 
     @property
     def is_prepared(self) -> bool:
         """Whether `prepare` has nothing to do."""
-        return self._bound is not None
+        return self._bound is not None and not self._has_new
+
+    def _write_first_boxes(self) -> None:
+        """Write the boxes in which new shapes were made, for the next step."""
+        bound, points, first_boxes = self._bound, self.points, self.first_boxes
+        if bound is None or first_boxes is None or not bound.keeps:
+            return
+        is_new = points.wide[:, 0] > points.wide[:, 3]
+        bodies = set(bound.owners[is_new, 0].tolist()) - {-1}
+        if bodies:
+            geoms, boxes = first_boxes(sorted(bodies))
+            among = is_new[geoms]
+            points.tight[geoms[among]] = boxes[among]
 
     def move(
         self,
@@ -397,6 +424,7 @@ class Manifolds:
         else:
             model.opt.disableflags &= ~_MULTIPLE
         owners, turns, places = self._orders_of(model)
+        self._has_new = True
         self._bound = _Bound(
             keeps=keeps,
             geoms=(model.geom_type, model.geom_bodyid),

@@ -3,7 +3,8 @@
 Its broad phase gives each shape a box parallel to the world's axes, which is larger than the shape and stays
 until the shape leaves it. Boxes that meet make a pair, whether the shapes touch or not. Each pair has a rank
 in the order of solution, but parts of compounds only while their own boxes meet, without a margin. A new
-pair comes last, and the last takes the place of one that ends, which is noticed some steps later. A shape
+pair comes last, and the last takes the place of one that ends, which is noticed some steps later. A new shape
+meets others in the box in which it was made, which may be elsewhere by the first step. A shape
 that gets a filter leaves the broad phase and comes back: its pairs end, and those it has come last.
 """
 
@@ -53,7 +54,8 @@ def meet(mechanism, state, surface, points):
     for turn in range(count):
         geom = points.turns[turn]
         if wide[geom, 0] > wide[geom, 3]:
-            place_box(mechanism, state, surface, tight, geom)
+            if tight[geom, 0] >= tight[geom, 3]:  # the box in which it was made is not known
+                place_box(mechanism, state, surface, tight, geom)
             enlarge(tight, wide, geom, 0.0)
             add_pairs(mechanism, points, geom)
             seats[geom, 0] = np.inf
