@@ -413,6 +413,7 @@ class Manifolds:
         grown.notes[:] = points.notes
         grown.notes[[FULL, RENUMBERED, SORTED]] = 0, 1, 0
         self.points = grown
+        self._world.drop_prepared()
 
     def _bind(self, model: Any, data: Any) -> None:
         world = self._world
@@ -557,6 +558,7 @@ def _points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int
         work=np.zeros((WORK, meeting), np.int32),
         following=np.zeros(5 * pairs, np.int32),
         sequence=np.zeros(5 * pairs, np.int32),
+        listing=np.zeros(5 * pairs, np.int32),
         refreshed=np.zeros((0, 2), np.int32),
         notes=notes,
     )

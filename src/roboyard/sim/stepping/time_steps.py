@@ -383,6 +383,13 @@ class Stepping:
             return None
         return found.contacts, own.row_forces, found.search.counts
 
+    def contact_order(self, count: int) -> np.ndarray:
+        """Return (n,) the so many contacts of the last step in the order in which Bullet lists them."""
+        points = self.manifolds.points
+        if points.notes[r.ORDERED] == count and self.contacts_in_place() is not None:
+            return points.listing[:count]
+        return np.arange(count, dtype=np.int32)
+
     @property
     def own_rows(self) -> tuple[ContactRows, Rows]:
         """The rows that are made here, and their arrays now."""
