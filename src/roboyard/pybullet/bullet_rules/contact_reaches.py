@@ -134,14 +134,16 @@ def place_shapes(
     )
 
 
-def first_boxes(bodies: Sequence[tuple[PlacedShapes, Array, Array, Array]]) -> tuple[np.ndarray, Array]:
+def first_boxes(
+    bodies: Sequence[tuple[PlacedShapes, np.ndarray, Array, Sequence[float]]],
+) -> tuple[np.ndarray, Array]:
     """Return the geoms (n,) of bodies and (n, 6) boxes around them when they were made, in the world (m).
 
     Args:
-        bodies: shapes, the (n,) links of these, the (k, 4, 4) poses of links of `first_frames`, and the base's
-            position and quaternion (7,) then.
+        bodies: shapes, the (n,) links of these, the (k, 4, 4) poses of links of `first_frames`, and position
+            and quaternion (7,) of the base then.
     """
-    geoms = np.array([geom for body in bodies for geom in body[0].geoms], np.intp)
+    geoms: np.ndarray = np.array([geom for body in bodies for geom in body[0].geoms], np.intp)
     boxes = np.concatenate([body[0].boxes for body in bodies])
     frames = np.concatenate([body[2][body[1]] for body in bodies])
     pose = np.repeat([body[3] for body in bodies], [len(body[1]) for body in bodies], axis=0)
@@ -158,7 +160,7 @@ def first_boxes(bodies: Sequence[tuple[PlacedShapes, Array, Array, Array]]) -> t
     return geoms, found
 
 
-def first_frames(links: Sequence[LinkModel], *, at_inertial: bool) -> Array:
+def first_frames(links: Sequence[LinkModel], *, at_inertial: bool, is_mjcf: bool = False) -> Array:
     """Return the (n, 4, 4) poses in the base's frame at which Bullet adds links to the world, joints at 0.
 
     It places the shapes of a link relative to its inertial frame, but adds them as if they were relative to
@@ -167,9 +169,10 @@ def first_frames(links: Sequence[LinkModel], *, at_inertial: bool) -> Array:
     Args:
         links: base, then links in order.
         at_inertial: whether shapes are where they are from the first step on.
+        is_mjcf: whether the places of joints that move do not count yet, as of MJCF files.
 
     Source:
-        Bullet, URDF2Bullet.cpp, ConvertURDF2BulletInternal.
+        Bullet, URDF2Bullet.cpp, ConvertURDF2BulletInternal, and BulletMJCFImporter.cpp, parseBody.
     """
     frames = np.empty((len(links), 4, 4))
     found = np.empty((len(links), 4, 4))
@@ -177,10 +180,14 @@ def first_frames(links: Sequence[LinkModel], *, at_inertial: bool) -> Array:
         frames[index] = np.eye(4)
         if link.joint is not None:
             origin = link.joint.origin
-            frames[index] = frames[link.parent + 1] @ pose_matrix(origin.position, origin.quaternion)
+            frames[index] = frames[link.parent + 1]
+            if link.joint.type == "fixed" or not is_mjcf:
+                frames[index] = frames[index] @ pose_matrix(origin.position, origin.quaternion)
         found[index] = frames[index]
         if not at_inertial:
-            found[index] = frames[index] @ inverse_pose(pose_matrix(link.frame.position, link.frame.quaternion))
+            found[index] = frames[index] @ inverse_pose(
+                pose_matrix(link.frame.position, link.frame.quaternion)
+            )
     return found
 
 

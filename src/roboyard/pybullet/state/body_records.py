@@ -222,6 +222,8 @@ class BodyRecord:
         """Pose of the inertial frame where a script put a fixed base last; None where others moved it."""
         self.first_pose: tuple[float, ...] | None = None
         """Position and quaternion (7,) of the base link frame when it was loaded."""
+        self.is_mjcf = False
+        """Whether it was loaded from an MJCF file."""
         self.fixed_poses: Any = None
         """Poses of the inertial and the link frame of a fixed base, once they were asked for."""
         self.fixed_axes: tuple[Any, Array] | None = None
@@ -319,9 +321,9 @@ class BodyRecord:
         """Return the poses at which links are when they are loaded; see the function of this name."""
         from roboyard.pybullet.bullet_rules.contact_reaches import first_frames
 
-        if self.kind == MULTIBODY:
-            return of_model(self.model, "first", lambda model: first_frames(model.links, at_inertial=False))
-        return of_model(self.model, "first rigid", lambda model: first_frames(model.links, at_inertial=True))
+        options = {"at_inertial": self.kind != MULTIBODY, "is_mjcf": self.is_mjcf}
+        name = f"first frames {options}"
+        return of_model(self.model, name, lambda model: first_frames(model.links, **options))
 
     def _place_shapes(self, rows: Sequence[Sequence[int]]) -> PlacedShapes:
         from roboyard.pybullet.bullet_rules.contact_reaches import place_shapes

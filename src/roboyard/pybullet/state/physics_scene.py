@@ -416,7 +416,7 @@ class PhysicsScene:
         return self._shape_numbers()[2]
 
     def first_boxes(self, bodies: Sequence[int]) -> tuple[Any, Any]:
-        """Return geoms (n,) of bodies, by their ids in the World, and (n, 6) boxes in which they were made (m)."""
+        """Return geoms (n,) of bodies, by their ids in the World, and (n, 6) boxes at first (m)."""
         from roboyard.pybullet.bullet_rules.contact_reaches import first_boxes
 
         model = self.world.live_model

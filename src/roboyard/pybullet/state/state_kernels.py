@@ -10,7 +10,7 @@ from roboyard._records import NamedTuple
 from roboyard.native import Bundle, compiled, record
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.sim.stepping.impulses.contact_row_kernels import NUMBERED
-from roboyard.sim.stepping.impulses.records import NOTES, ORDERED
+from roboyard.sim.stepping.impulses.records import ORDERED
 
 NUMBER, LINK, KIND, ID, PLACES = range(5)
 """Columns of what is known of a geom: its body's number, its link, -1 for the base, the link's kind of
@@ -376,7 +376,8 @@ class Listed(NamedTuple):
 
 
 _LISTED = record(
-    Listed, "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[::1] i4[:,::1] f8[::1] f8[:,::1] i8[:,::1] i4[::1]"
+    Listed,
+    "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[::1] i4[:,::1] f8[::1] f8[:,::1] i8[:,::1] i4[::1]"
     " i4[::1] i8[::1]",
 )
 LISTED = Bundle((_LISTED,))

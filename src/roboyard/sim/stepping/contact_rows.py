@@ -135,9 +135,14 @@ class ContactRows:
             swapped = (
                 (0, 0, 0, 0)
                 if welds is None
-                else (*(array.ctypes.data for array in (model.body_weldid, model.body_dofnum, welds)), model.nbody)
+                else (
+                    *(array.ctypes.data for array in (model.body_weldid, model.body_dofnum, welds)),
+                    model.nbody,
+                )
             )
-            self._addresses = (model._address, data._address, disabled, *scaled, *swapped) if place >= 0 else ()
+            self._addresses = (
+                (model._address, data._address, disabled, *scaled, *swapped) if place >= 0 else ()
+            )
         if self._addresses:
             finding().find_contacts(*self._addresses, flags)
             return

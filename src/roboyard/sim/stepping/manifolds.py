@@ -62,8 +62,8 @@ _BLANK = mujoco.MjContact()
 
 
 FirstBoxes = Callable[[Sequence[int]], tuple[np.ndarray, Array]]
-"""Returns geoms (n,) of bodies by their ids, and (n, 6) least and largest coordinates of the boxes in which they
-were made (m); 0 where these are not known."""
+"""Returns geoms (n,) of bodies by their ids, and (n, 6) least and largest coordinates (m) of the boxes in
+which they were made; 0 where these are not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,8 +115,8 @@ class Manifolds:
         self.points = _no_points()
         """The points, as arguments of compiled loops."""
         self.first_boxes: FirstBoxes | None = None
-        """Looks up the boxes in which the shapes of bodies were made; where they are at the first step without
-        it."""
+        """Looks up the boxes in which the shapes of bodies were made; without it, these are where the shapes
+        are at the first step."""
         self._has_new = False
         """Whether there may be shapes that have not been in a step."""
 

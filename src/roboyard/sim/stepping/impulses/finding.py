@@ -59,7 +59,11 @@ def find_contacts(  # pragma: no cover
 
 def swap(welds, freedoms, others, bodies):
     """Exchange the numbers of bodies at two addresses with those at a third one."""
-    one, two, other = integers_at(welds, bodies), integers_at(freedoms, bodies), integers_at(others, 2 * bodies)
+    one, two, other = (
+        integers_at(welds, bodies),
+        integers_at(freedoms, bodies),
+        integers_at(others, 2 * bodies),
+    )
     for k in range(bodies):
         one[k], other[k] = other[k], one[k]
         two[k], other[bodies + k] = other[bodies + k], two[k]

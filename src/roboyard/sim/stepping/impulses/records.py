@@ -208,7 +208,8 @@ class Points(NamedTuple):
     """(14,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
     of contacts moved to anchors; numbers of pairs whose boxes meet and of those with ranks, the next to be
     checked, 1 where there was no room for one, 1 where `table` is to be filled, 1 where `work` is sorted,
-    length of the sequence, number of geoms of bodies, number of ranges in `refreshed`, length of `listing`."""
+    length of the sequence, number of geoms of bodies, number of ranges in `refreshed`, length of
+    `listing`."""
 
 
 class Surface(NamedTuple):
@@ -297,7 +298,8 @@ STATE = record(
 POINTS = record(
     Points,
     "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " f8[:,::1] f8[:,::1] f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i8[::1]",
+    " f8[:,::1] f8[:,::1] f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[::1] i4[:,::1]"
+    " i8[::1]",
 )
 SURFACE = record(
     Surface,
