@@ -83,7 +83,7 @@ def _copied(world: Any, count: int, places: np.ndarray, reaches: np.ndarray) -> 
         *(contact.geom, loops.NUMBERED - 3 * np.arange(count, dtype=np.int32), np.full(count, 3, np.int32)),
         *(contact.dist, contact.pos, contact.frame, np.ascontiguousarray(world.contact_forces()).ravel()),
         *(places, reaches, *_room(count), np.array([count], np.int32)),
-        *(np.zeros(0, np.int32), np.full(loops.NOTES, -1)),
+        *(np.zeros(0, np.int32), np.full(loops.ORDERED + 1, -1)),
     )
 
 
