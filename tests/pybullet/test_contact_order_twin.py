@@ -60,12 +60,16 @@ class _Order:
             and (one << 16) + two not in model.exclude_signature
         )
 
-    def _add_pairs(self, geom: int) -> None:
+    def _add_pairs(self, geom: int) -> int:
+        """Add new pairs; return how many boxes the geom's meets."""
+        met = 0
         for other in reversed(self.turns):
             pair = min(geom, other), max(geom, other)
             meets = other in self.wide and other != geom and _meet(self.wide[geom], self.wide[other])
+            met += meets
             if meets and self._may_touch(*pair) and pair not in self.pairs:
                 self.pairs.append(pair)
+        return met
 
     def refresh(self, geoms: list[int], data: Any) -> None:
         """Let each of some geoms leave and come back."""
@@ -79,10 +83,8 @@ class _Order:
                     _take_out(self.pairs, place)
                 else:
                     place += 1
-            left = len(self.pairs)
             self.wide[geom] = tight[geom]
-            self._add_pairs(geom)
-            self.added += len(self.pairs) - left
+            self.added += self._add_pairs(geom)
 
     def _end_rank(self, pair: tuple[int, int]) -> None:
         if pair in self.ranked:
@@ -91,22 +93,22 @@ class _Order:
     def meet(self, data: Any) -> None:
         """Update the pairs for a step's places of the bodies."""
         tight = self._tight(data)
-        before, has_moved = len(self.pairs) - self.added, self.is_refreshed
+        met, has_moved = 1 + self.added, self.is_refreshed
         self.added, self.is_refreshed = 0, False
         for geom in self.turns:
             if geom not in self.wide:
                 self.wide[geom] = tight[geom]
-                self._add_pairs(geom)
+                met += self._add_pairs(geom)
                 has_moved = True
         for geom in self.turns:
             enlarged = _wider(tight[geom], 0.02)
             if (enlarged[0] < self.wide[geom][0]).any() or (enlarged[1] > self.wide[geom][1]).any():
                 is_near = _meet(enlarged, self.wide[geom])
                 self.wide[geom] = _wider(tight[geom], 0.02 + SPARE if is_near else 0.02)
-                self._add_pairs(geom)
+                met += self._add_pairs(geom)
                 has_moved = True
         if has_moved:
-            self._end_pairs(len(self.pairs) - before + 1)
+            self._end_pairs(met)
         for pair in self.pairs:
             meets = not self.compound[list(pair)].any() or _meet(tight[pair[0]], tight[pair[1]])
             if not meets:

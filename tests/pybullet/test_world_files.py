@@ -195,7 +195,7 @@ def test_contype_and_conaffinity_0_collide_with_nothing_within_their_body(
     )
     p.loadMJCF(str(tmp_path / "tree.xml"), flags=p.URDF_USE_SELF_COLLISION)
     p.stepSimulation()
-    assert [point[3:5] for point in p.getContactPoints()] == touching
+    assert sorted(point[3:5] for point in p.getContactPoints()) == touching
 
 
 @pytest.mark.parametrize(

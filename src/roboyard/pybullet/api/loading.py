@@ -280,6 +280,7 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
                 file=str(path),
                 kind=RIGID_BODY if not whole(useMultiBody) and len(model.links) == 1 else MULTIBODY,
             )
+            record.is_mjcf = True
             ids.append(record.number)
             for name, (group, mask) in part.filters.items():
                 scene.filters.set_group((record.number, model.index_by_name[name]), group, mask)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,10 @@ from roboyard.description.model import Box, Collision, Cylinder, Geometry, Heigh
 from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, field_bounds, local_bounds
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping.shape_forms import ShapeForms
-from roboyard.transforms import matrix_from_quaternion
+from roboyard.transforms import Array, inverse_pose, matrix_from_quaternion, pose_matrix
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.bullet_rules.models import LinkModel
 
 SHARE = 0.02
 """Bullet's contact threshold, as a share of a shape's reach."""
@@ -129,6 +132,63 @@ def place_shapes(
         has_hulls=any(map(len, found.hulls)),
         compound=compound,
     )
+
+
+def first_boxes(
+    bodies: Sequence[tuple[PlacedShapes, np.ndarray, Array, Sequence[float]]],
+) -> tuple[np.ndarray, Array]:
+    """Return the geoms (n,) of bodies and (n, 6) boxes around them when they were made, in the world (m).
+
+    Args:
+        bodies: shapes, the (n,) links of these, the (k, 4, 4) poses of links of `first_frames`, and position
+            and quaternion (7,) of the base then.
+    """
+    geoms: np.ndarray = np.array([geom for body in bodies for geom in body[0].geoms], np.intp)
+    boxes = np.concatenate([body[0].boxes for body in bodies])
+    frames = np.concatenate([body[2][body[1]] for body in bodies])
+    pose = np.repeat([body[3] for body in bodies], [len(body[1]) for body in bodies], axis=0)
+    x, y, z, w = pose[:, 3:].T
+    turn = np.empty((len(geoms), 3, 3))
+    turn[:, 0] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)
+    turn[:, 1] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1)
+    turn[:, 2] = np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)
+    moved = np.einsum("nij,nkj->nki", turn @ frames[:, :3, :3], boxes)
+    half = np.abs(moved[:, 1:]).sum(axis=1)
+    middle = moved[:, 0] + np.einsum("nij,nj->ni", turn, frames[:, :3, 3]) + pose[:, :3]
+    found = np.concatenate([middle - half, middle + half], axis=1)
+    found[half.max(axis=1) >= ENDLESS] = 0.0
+    return geoms, found
+
+
+def first_frames(links: Sequence[LinkModel], *, at_inertial: bool, is_mjcf: bool = False) -> Array:
+    """Return the (n, 4, 4) poses in the base's frame at which Bullet adds links to the world, joints at 0.
+
+    It places the shapes of a link relative to its inertial frame, but adds them as if they were relative to
+    its link frame, until the first step.
+
+    Args:
+        links: base, then links in order.
+        at_inertial: whether shapes are where they are from the first step on.
+        is_mjcf: whether the places of joints that move do not count yet, as of MJCF files.
+
+    Source:
+        Bullet, URDF2Bullet.cpp, ConvertURDF2BulletInternal, and BulletMJCFImporter.cpp, parseBody.
+    """
+    frames = np.empty((len(links), 4, 4))
+    found = np.empty((len(links), 4, 4))
+    for index, link in enumerate(links):
+        frames[index] = np.eye(4)
+        if link.joint is not None:
+            origin = link.joint.origin
+            frames[index] = frames[link.parent + 1]
+            if link.joint.type == "fixed" or not is_mjcf:
+                frames[index] = frames[index] @ pose_matrix(origin.position, origin.quaternion)
+        found[index] = frames[index]
+        if not at_inertial:
+            found[index] = frames[index] @ inverse_pose(
+                pose_matrix(link.frame.position, link.frame.quaternion)
+            )
+    return found
 
 
 def _places(geoms: Sequence[int]) -> slice | np.ndarray:

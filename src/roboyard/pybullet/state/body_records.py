@@ -220,6 +220,10 @@ class BodyRecord:
         """The nodes of a soft body."""
         self.placed: tuple[Any, Any] | None = None
         """Pose of the inertial frame where a script put a fixed base last; None where others moved it."""
+        self.first_pose: tuple[float, ...] | None = None
+        """Position and quaternion (7,) of the base link frame when it was loaded."""
+        self.is_mjcf = False
+        """Whether it was loaded from an MJCF file."""
         self.fixed_poses: Any = None
         """Poses of the inertial and the link frame of a fixed base, once they were asked for."""
         self.fixed_axes: tuple[Any, Array] | None = None
@@ -307,6 +311,19 @@ class BodyRecord:
                 known[key] = self._place_shapes(rows)
             self._forms = model, margins, known[key].at(rows)
         return self._forms[2]
+
+    def links_of_shapes(self) -> np.ndarray:
+        """Return the (n,) place of its link for each shape of `forms`, the base's being 0."""
+        rows = self.body.geom_rows
+        return np.repeat(np.arange(len(rows)), [len(of_link) for of_link in rows])
+
+    def first_frames(self) -> Array:
+        """Return the poses at which links are when they are loaded; see the function of this name."""
+        from roboyard.pybullet.bullet_rules.contact_reaches import first_frames
+
+        options = {"at_inertial": self.kind != MULTIBODY, "is_mjcf": self.is_mjcf}
+        name = f"first frames {options}"
+        return of_model(self.model, name, lambda model: first_frames(model.links, **options))
 
     def _place_shapes(self, rows: Sequence[Sequence[int]]) -> PlacedShapes:
         from roboyard.pybullet.bullet_rules.contact_reaches import place_shapes

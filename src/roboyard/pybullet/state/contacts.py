@@ -83,6 +83,7 @@ def _copied(world: Any, count: int, places: np.ndarray, reaches: np.ndarray) -> 
         *(contact.geom, loops.NUMBERED - 3 * np.arange(count, dtype=np.int32), np.full(count, 3, np.int32)),
         *(contact.dist, contact.pos, contact.frame, np.ascontiguousarray(world.contact_forces()).ravel()),
         *(places, reaches, *_room(count), np.array([count], np.int32)),
+        *(np.zeros(0, np.int32), np.full(loops.ORDERED + 1, -1)),
     )
 
 
@@ -103,6 +104,8 @@ class _Seen:
     """By id in the World."""
     parts: int
     """Parts of the step."""
+    order: list[int]
+    """Contacts in Bullet's order."""
 
 
 def _look_at(scene: Any) -> _Seen:
@@ -116,6 +119,7 @@ def _look_at(scene: Any) -> _Seen:
         reaches=scene.contact_reaches() if is_open.any() else None,
         records=scene.records(),
         parts=scene.parts,
+        order=scene.world.stepping.contact_order(len(arrays.distance)).tolist(),
     )
 
 
@@ -128,7 +132,9 @@ def _rows_of(seen: _Seen) -> Iterator[Contact]:
     pushes = force[:, 0].tolist()
     kinds: dict[Place, int] = {}
     geoms, owners = seen.geoms.tolist(), arrays.owners.tolist()
-    for i, distance in enumerate(arrays.distance.tolist()):
+    distances = arrays.distance.tolist()
+    for i in seen.order:
+        distance = distances[i]
         pushing = pushes[i]
         if distance > 0.0 and pushing <= 0.0:
             a, b = geoms[i]
@@ -240,6 +246,7 @@ class LastStep:
             return None
         contacts, force, counts = in_place
         reaches, known = self._scene.contact_reaches(), self._listed
+        points = self._scene.world.stepping.manifolds.points
         if known is not None:
             arrays = known[0]
             if (
@@ -247,13 +254,14 @@ class LastStep:
                 and arrays.force is force
                 and arrays.places is places
                 and arrays.reaches is reaches
+                and arrays.order is points.listing
                 and count <= len(arrays.links)
             ):
                 return known
         loops, c = kernels(), contacts
         arrays = loops.Listed(
             *(c.geom, c.address, c.dim, c.dist, c.position, c.frame, force, places, reaches),
-            *(*_room(2 * count), counts),
+            *(*_room(2 * count), counts, points.listing, points.notes),
         )
         self._listed = arrays, loops.LISTED.of(arrays)
         return self._listed
@@ -266,7 +274,11 @@ class LastStep:
         if prepared is None or known is None or world.is_stale or places is None:
             return
         arrays, bundle = known
-        if arrays.places is places and arrays.reaches is scene.contact_reaches():
+        if (
+            arrays.places is places
+            and arrays.reaches is scene.contact_reaches()
+            and arrays.order is world.stepping.manifolds.points.listing
+        ):
             prepared[0] = (
                 *(scene, self, *world.stepping.own_rows, kernels().list_known_contacts, bundle),
                 *(arrays.numbers, arrays.links.reshape(-1)),

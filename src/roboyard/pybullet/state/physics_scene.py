@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import KeysView
+from collections.abc import KeysView, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -111,6 +111,7 @@ class PhysicsScene:
         self.world.surfaces.margins_of = self.geom_margins
         self.world.surfaces.reaches_of = self.contact_reaches
         self.world.surfaces.forms_of = self.shape_forms
+        self.world.stepping.manifolds.first_boxes = self.first_boxes
         self._scratch: Any = None
         self.scratch_arrays: tuple[Any, ...] = ()
         """Positions, velocities and accelerations of `scratch_data`."""
@@ -169,6 +170,7 @@ class PhysicsScene:
         )
         self._follow(before)
         record = self.enter(model, body, file=file, kind=kind)
+        record.first_pose = *position, *orientation
         for link, state in zip(body.links, record.links, strict=True):
             link.set_friction(
                 sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
@@ -419,6 +421,19 @@ class PhysicsScene:
     def shape_forms(self) -> ShapeForms:
         """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
         return self._shape_numbers()[2]
+
+    def first_boxes(self, bodies: Sequence[int]) -> tuple[Any, Any]:
+        """Return geoms (n,) of bodies, by their ids in the World, and (n, 6) boxes at first (m)."""
+        from roboyard.pybullet.bullet_rules.contact_reaches import first_boxes
+
+        model = self.world.live_model
+        records = [self._records_by_world_id[key] for key in bodies if key in self._records_by_world_id]
+        found = [
+            (record.forms(model), record.links_of_shapes(), record.first_frames(), record.first_pose)
+            for record in records
+            if record.first_pose is not None
+        ]
+        return first_boxes(found) if found else (np.zeros(0, np.intp), np.zeros((0, 6)))
 
     def _shape_numbers(self) -> Numbers:
         """Return margins, reaches and forms of all shapes."""

@@ -10,6 +10,7 @@ from roboyard._records import NamedTuple
 from roboyard.native import Bundle, compiled, record
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.sim.stepping.impulses.contact_row_kernels import NUMBERED
+from roboyard.sim.stepping.impulses.records import ORDERED
 
 NUMBER, LINK, KIND, ID, PLACES = range(5)
 """Columns of what is known of a geom: its body's number, its link, -1 for the base, the link's kind of
@@ -368,10 +369,16 @@ class Listed(NamedTuple):
     """(k, 4) bodies A and B and their links, written."""
     counts: Any
     """The first is the number of contacts."""
+    order: Any
+    """Contacts in the order in which they are returned."""
+    notes: Any
+    """Of `Points`, with the number of those that have an order."""
 
 
 _LISTED = record(
-    Listed, "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[::1] i4[:,::1] f8[::1] f8[:,::1] i8[:,::1] i4[::1]"
+    Listed,
+    "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[::1] i4[:,::1] f8[::1] f8[:,::1] i8[:,::1] i4[::1]"
+    " i4[::1] i8[::1]",
 )
 LISTED = Bundle((_LISTED,))
 
@@ -400,8 +407,9 @@ def _list(listed, parts, body_a, body_b, link_a, link_b):  # pragma: no cover
     numbers, links, count = listed.numbers, listed.links, listed.counts[0]
     if count > len(links):
         return -1
-    found = 0
-    for i in range(count):
+    found, is_ordered = 0, listed.notes[ORDERED] == count
+    for k in range(count):
+        i = listed.order[k] if is_ordered else k
         g, h = geom[i, 0], geom[i, 1]
         if body_a >= 0 and places[g, NUMBER] != body_a and places[h, NUMBER] != body_a:
             continue

@@ -37,17 +37,40 @@ _NO_ROWS = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
 Collide = Callable[[Callable[..., None], Any, Any], None]
 
 
-def first_half(lengths: np.ndarray | None, model: Any, data: Any) -> None:
-    """Do what mj_step1 does, with axes of these lengths (nv,); see `Engine.axis_lengths`."""
+def first_half(lengths: np.ndarray | None, welds: np.ndarray | None, model: Any, data: Any) -> None:
+    """Do what mj_step1 does.
+
+    Args:
+        lengths: (nv,) of axes; see `Engine.axis_lengths`.
+        welds: (2, nbody) of `touching_welds`.
+        model: MjModel.
+        data: MjData.
+    """
     mujoco.mj_step1(model, data)
+    if welds is not None:
+        find_with_welds(welds, model, data)
     if lengths is not None:
         data.cdof *= lengths[:, None]
         mujoco.mj_makeM(model, data)
         mujoco.mj_factorM(model, data)
+    if welds is not None or lengths is not None:
         mujoco.mj_makeConstraint(model, data)
         mujoco.mj_island(model, data)
         mujoco.mj_projectConstraint(model, data)
         mujoco.mj_fwdVelocity(model, data)
+
+
+def find_with_welds(welds: np.ndarray | None, model: Any, data: Any) -> None:
+    """Do what mj_collision does, with links that are fixed to each other as `touching_welds` has them."""
+    if welds is None:
+        mujoco.mj_collision(model, data)
+        return
+    kept = model.body_weldid.copy(), model.body_dofnum.copy()
+    model.body_weldid[:], model.body_dofnum[:] = welds
+    try:
+        mujoco.mj_collision(model, data)
+    finally:
+        model.body_weldid[:], model.body_dofnum[:] = kept
 
 
 class ContactRows:
@@ -63,6 +86,9 @@ class ContactRows:
         self._makes_joints = False
         self._data: Any = None
         self._lengths: np.ndarray | None = None
+        self.welds: np.ndarray | None = None
+        """(2, nbody) of `touching_welds`; a new array where it changes."""
+        self._known_welds: np.ndarray | None = None
         self._addresses: tuple[int, ...] | None = None
         """Arguments of `find_contacts` for the model and this data, none where they are not known."""
         self.is_last = False
@@ -70,7 +96,7 @@ class ContactRows:
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
-        self._model = None
+        self._model = self.welds = None
         self.is_last = False
 
     def makes_joints(self, model: Any) -> bool:
@@ -94,22 +120,38 @@ class ContactRows:
             flags: those of MuJoCo while contacts are found.
             lengths: (nv,) of axes; see `Engine.axis_lengths`.
         """
-        if self._addresses is None or self._data is not data or self._lengths is not lengths:
+        if (
+            self._addresses is None
+            or self._data is not data
+            or self._lengths is not lengths
+            or self._known_welds is not self.welds
+        ):
             self._data, self._lengths, place = data, lengths, finding().flags_place()
+            welds = self._known_welds = self.welds
             disabled = model.opt.gravity.ctypes.data + place
             scaled = (
                 (0, 0, 0) if lengths is None else (lengths.ctypes.data, data.cdof.ctypes.data, len(lengths))
             )
-            self._addresses = (model._address, data._address, disabled, *scaled) if place >= 0 else ()
+            swapped = (
+                (0, 0, 0, 0)
+                if welds is None
+                else (
+                    *(array.ctypes.data for array in (model.body_weldid, model.body_dofnum, welds)),
+                    model.nbody,
+                )
+            )
+            self._addresses = (
+                (model._address, data._address, disabled, *scaled, *swapped) if place >= 0 else ()
+            )
         if self._addresses:
             finding().find_contacts(*self._addresses, flags)
             return
-        without(_NO_CONTACTS | _NO_ROWS, partial(first_half, lengths), model, data)
-        without(flags, mujoco.mj_collision, model, data)
+        without(_NO_CONTACTS | _NO_ROWS, partial(first_half, lengths, None), model, data)
+        without(flags, partial(find_with_welds, self.welds), model, data)
 
     def known_addresses(self, data: Any) -> tuple[int, ...] | None:
         """Return the arguments of `find_contacts`, as found in the last step; none for other data."""
-        return self._addresses if self._data is data else None
+        return self._addresses if self._data is data and self._known_welds is self.welds else None
 
     def find_with_others(
         self, model: Any, data: Any, found: StepRows, collide: Collide, lengths: np.ndarray | None
@@ -123,9 +165,9 @@ class ContactRows:
             collide: calls a function of MuJoCo that finds contacts.
             lengths: (nv,) of axes; see `Engine.axis_lengths`.
         """
-        without(_NO_CONTACTS, partial(first_half, lengths), model, data)
+        without(_NO_CONTACTS, partial(first_half, lengths, None), model, data)
         count = found.counts_now()[ALL]
-        collide(mujoco.mj_collision, model, data)
+        collide(partial(find_with_welds, self.welds), model, data)
         return count
 
     def make_others(self, model: Any, data: Any) -> None:

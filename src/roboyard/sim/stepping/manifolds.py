@@ -9,6 +9,7 @@ few steps.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
@@ -60,6 +61,11 @@ _BLANK = mujoco.MjContact()
 """Given to MuJoCo for contacts that are written then."""
 
 
+FirstBoxes = Callable[[Sequence[int]], tuple[np.ndarray, Array]]
+"""Returns geoms (n,) of bodies by their ids, and (n, 6) least and largest coordinates (m) of the boxes in
+which they were made; 0 where these are not known."""
+
+
 @dataclass(frozen=True, slots=True)
 class MetPairs:
     """The pairs whose boxes meet after a step, in their order; see `meet`."""
@@ -108,6 +114,11 @@ class Manifolds:
         """Of bodies and links, until others come or go."""
         self.points = _no_points()
         """The points, as arguments of compiled loops."""
+        self.first_boxes: FirstBoxes | None = None
+        """Looks up the boxes in which the shapes of bodies were made; without it, these are where the shapes
+        are at the first step."""
+        self._has_new = False
+        """Whether there may be shapes that have not been in a step."""
 
     @property
     def keeps(self) -> bool:
@@ -228,6 +239,7 @@ class Manifolds:
             self.points, bound.trees, *((_NO_GEOMS, rows) if is_there else (rows, _NO_GEOMS))
         )
         self._ranges.clear()
+        self._has_new = True
         if self.points.notes[REFRESHED]:
             self._write_refreshed(bound)
 
@@ -263,11 +275,26 @@ class Manifolds:
         """Let MuJoCo find one point of a pair where points are kept, before mj_step1."""
         if self._bound is None:
             self._bind(model, data)
+        if self._has_new:
+            self._has_new = False
+            self._write_first_boxes()
 
     @property
     def is_prepared(self) -> bool:
         """Whether `prepare` has nothing to do."""
-        return self._bound is not None
+        return self._bound is not None and not self._has_new
+
+    def _write_first_boxes(self) -> None:
+        """Write the boxes in which new shapes were made, for the next step."""
+        bound, points, first_boxes = self._bound, self.points, self.first_boxes
+        if bound is None or first_boxes is None or not bound.keeps:
+            return
+        is_new = points.wide[:, 0] > points.wide[:, 3]
+        bodies = set(bound.owners[is_new, 0].tolist()) - {-1}
+        if bodies:
+            geoms, boxes = first_boxes(sorted(bodies))
+            among = is_new[geoms]
+            points.tight[geoms[among]] = boxes[among]
 
     def move(
         self,
@@ -386,6 +413,7 @@ class Manifolds:
         grown.notes[:] = points.notes
         grown.notes[[FULL, RENUMBERED, SORTED]] = 0, 1, 0
         self.points = grown
+        self._world.drop_prepared()
 
     def _bind(self, model: Any, data: Any) -> None:
         world = self._world
@@ -397,6 +425,7 @@ class Manifolds:
         else:
             model.opt.disableflags &= ~_MULTIPLE
         owners, turns, places = self._orders_of(model)
+        self._has_new = True
         self._bound = _Bound(
             keeps=keeps,
             geoms=(model.geom_type, model.geom_bodyid),
@@ -529,6 +558,7 @@ def _points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int
         work=np.zeros((WORK, meeting), np.int32),
         following=np.zeros(5 * pairs, np.int32),
         sequence=np.zeros(5 * pairs, np.int32),
+        listing=np.zeros(5 * pairs, np.int32),
         refreshed=np.zeros((0, 2), np.int32),
         notes=notes,
     )

@@ -16,7 +16,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.constraints.constraints import Constraints
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
-from roboyard.sim.stepping.contact_rows import ContactRows, first_half, without
+from roboyard.sim.stepping.contact_rows import ContactRows, find_with_welds, first_half, without
 from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
@@ -250,7 +250,7 @@ class Stepping:
             self._makes_rows = False
             self._solve_rows(model, data, found, r.OTHERS, remade=True)
             return
-        self._collide(partial(first_half, self._world.axis_lengths()), model, data)
+        self._collide(self._first_half(), model, data)
         answer = in_turn.execute(found, r.KEEP, r.KEEP if slides else r.SOLVE)
         if answer == r.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
@@ -317,6 +317,10 @@ class Stepping:
         else:
             call(model, data)
 
+    def _first_half(self) -> Callable[[Any, Any], None]:
+        """Return what mj_step1 does in this world."""
+        return partial(first_half, self._world.axis_lengths(), self.in_turn.contact_rows.welds)
+
     def _flags_of_fields(self, model: Any, data: Any) -> int:
         """Return MuJoCo's flags with which it leaves room for the points of shapes on height fields."""
         assert self._compiled is not None
@@ -378,6 +382,13 @@ class Stepping:
         if found is None or not own.is_last:
             return None
         return found.contacts, own.row_forces, found.search.counts
+
+    def contact_order(self, count: int) -> np.ndarray:
+        """Return (n,) the so many contacts of the last step in the order in which Bullet lists them."""
+        points = self.manifolds.points
+        if points.notes[r.ORDERED] == count and self.contacts_in_place() is not None:
+            return points.listing[:count]
+        return np.arange(count, dtype=np.int32)
 
     @property
     def own_rows(self) -> tuple[ContactRows, Rows]:
@@ -464,7 +475,7 @@ class Stepping:
             self.manifolds.prepare(model, data)
         if self._is_bounded:
             self.constraints.rows.prepare(model)
-        self._collide(partial(first_half, self._world.axis_lengths()), model, data)
+        self._collide(self._first_half(), model, data)
         if self._soft.by_id:
             self._soft.add_forces(model, data)
         if world.hard_contacts:
@@ -552,7 +563,7 @@ class Stepping:
         self.manifolds.prepare(model, data)
         if self._compiled is None:
             self._compiled = self._look_up(model, data)
-        self._collide(mujoco.mj_collision, model, data)
+        self._collide(partial(find_with_welds, self.in_turn.contact_rows.welds), model, data)
         found = self._compiled[1]
         if found.look()[0]:
             self._update_points(model, data, found)

@@ -124,7 +124,8 @@ def write_moves(  # pragma: no cover
         bx, by, bz = bx + shift * vx, by + shift * vy, bz + shift * vz
         cx, cy, cz = cx - shift * ux, cy - shift * uy, cz - shift * uz
         place = first_place(solver, n, tree)
-        if is_one_body(mechanism, tree):
+        is_alone = mechanism.geom_tree[contacts.geom[i, 0]] != mechanism.geom_tree[contacts.geom[i, 1]]
+        if is_alone and is_one_body(mechanism, tree):
             dof = mechanism.tree_dof[tree]  # the first of three along the world's axes, and three of turns
             k = place + dof
             o = m + 1

@@ -13,6 +13,7 @@ from roboyard.sim.stepping.impulses.records import (
     GROUP,
     HEAD,
     LISTED,
+    ORDERED,
     RANGE_END,
     RANGE_START,
     RANK,
@@ -26,10 +27,12 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
     """Write the contacts in Bullet's order into `Points.sequence`; return how many rows the others have.
 
     Those are the contacts across gaps that do not push; soft bodies' contacts are in neither.
-    groups: (ntree,) work array. Where the surfaces have no boxes, the order is MuJoCo's.
+    groups: (ntree,) work array. Where the surfaces have no boxes, the order is MuJoCo's. All contacts are
+    written into `Points.listing`, too, in the order of ranks, in which Bullet lists them.
     """
     notes, work, geom = points.notes, points.work, contacts.geom
     taken = left = 0
+    notes[ORDERED] = 0
     if surface.boxes.shape[0] == 0:
         for n in range(count):
             if geom[n, 0] < 0 or geom[n, 1] < 0:
@@ -45,12 +48,16 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
     ranks = notes[RANKED]
     for rank in range(ranks):
         work[HEAD, rank] = -1
-    loose = a = b = rank = -1
+    loose = others = a = b = rank = -1
     for n in range(count):
         if geom[n, 0] < 0 or geom[n, 1] < 0:
+            points.following[n] = others
+            others = n
             continue
         if is_apart(contacts, n, surface):
             left += contacts.dim[n] if contacts.address[n] >= 0 else 0
+            points.following[n] = others
+            others = n
             continue
         if geom[n, 0] != a or geom[n, 1] != b:
             a, b = geom[n, 0], geom[n, 1]
@@ -61,6 +68,10 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
         else:
             points.following[n] = loose
             loose = n
+    for rank in range(ranks):
+        list_chain(points, work[HEAD, rank])
+    list_chain(points, loose)
+    list_chain(points, others)
     if notes[SORTED] == 0:
         group_pairs(mechanism, points, ranks, groups)
         sort_pairs(work, ranks)
@@ -77,6 +88,15 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
         loose = points.following[loose]
     notes[TAKEN_UP] = taken
     return left
+
+
+def list_chain(points, n):
+    """Add a contact and those that follow it to those that are listed."""
+    notes = points.notes
+    while n >= 0:
+        points.listing[notes[ORDERED]] = n
+        notes[ORDERED] += 1
+        n = points.following[n]
 
 
 def is_apart(contacts, n, surface):

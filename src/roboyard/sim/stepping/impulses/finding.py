@@ -24,13 +24,17 @@ mj_factorM = c_function("mj_factorM", "i8 i8 -> i8", library=mujoco_library)
 mj_fwdVelocity = c_function("mj_fwdVelocity", "i8 i8 -> i8", library=mujoco_library)
 
 
-@compiled("i8 i8 i8 i8 i8 i8 i8", library=mujoco_library)
-def find_contacts(model, data, flags, lengths, moves, count, more):  # pragma: no cover
+@compiled("i8 i8 i8 i8 i8 i8 i8 i8 i8 i8 i8", library=mujoco_library)
+def find_contacts(  # pragma: no cover
+    model, data, flags, lengths, moves, count, welds, freedoms, others, bodies, more
+):
     """Compute all that mj_step1 does, and contacts, but no rows.
 
     model, data: addresses of MjModel and MjData. flags: address of what is disabled. lengths: address of
-    `Engine.axis_lengths`, moves: of `cdof`, for so many degrees of freedom; none where all are 1. more: flags
-    besides while contacts are found.
+    `Engine.axis_lengths`, moves: of `cdof`, for so many degrees of freedom; none where all are 1. welds,
+    freedoms: addresses of the bodies to which bodies are fixed, and of numbers of their degrees of freedom.
+    others: of `touching_welds`, which take their place while contacts are found; of no bodies where these
+    are the same. more: flags besides while contacts are found.
     """
     disabled = integers_at(flags, 1)
     kept = disabled[0]
@@ -45,8 +49,24 @@ def find_contacts(model, data, flags, lengths, moves, count, more):  # pragma: n
         mj_factorM(model, data)
         mj_fwdVelocity(model, data)
     disabled[0] = kept | more
+    if bodies > 0:
+        swap(welds, freedoms, others, bodies)
     mj_collision(model, data)
+    if bodies > 0:
+        swap(welds, freedoms, others, bodies)
     disabled[0] = kept
+
+
+def swap(welds, freedoms, others, bodies):
+    """Exchange the numbers of bodies at two addresses with those at a third one."""
+    one, two, other = (
+        integers_at(welds, bodies),
+        integers_at(freedoms, bodies),
+        integers_at(others, 2 * bodies),
+    )
+    for k in range(bodies):
+        one[k], other[k] = other[k], one[k]
+        two[k], other[bodies + k] = other[bodies + k], two[k]
 
 
 @cache

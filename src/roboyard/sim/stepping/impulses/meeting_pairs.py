@@ -3,7 +3,8 @@
 Its broad phase gives each shape a box parallel to the world's axes, which is larger than the shape and stays
 until the shape leaves it. Boxes that meet make a pair, whether the shapes touch or not. Each pair has a rank
 in the order of solution, but parts of compounds only while their own boxes meet, without a margin. A new
-pair comes last, and the last takes the place of one that ends, which is noticed some steps later. A shape
+pair comes last, and the last takes the place of one that ends, which is noticed some steps later. A new shape
+meets others in the box in which it was made, which may be elsewhere by the first step. A shape
 that gets a filter leaves the broad phase and comes back: its pairs end, and those it has come last.
 """
 
@@ -17,6 +18,7 @@ from roboyard.sim.stepping.impulses.records import (
     EXTRA,
     FULL,
     HELD,
+    HIDDEN,
     LISTED,
     PAIRS,
     POINTS,
@@ -48,20 +50,20 @@ def meet(mechanism, state, surface, points):
     if notes[RENUMBERED] > 0:
         list_pairs(points)
         notes[RENUMBERED] = 0
-    before, count = notes[LISTED], notes[SHAPES]
-    moved = 0
+    count, moved, met = notes[SHAPES], 0, 1
     for turn in range(count):
         geom = points.turns[turn]
         if wide[geom, 0] > wide[geom, 3]:
-            place_box(mechanism, state, surface, tight, geom)
+            if tight[geom, 0] >= tight[geom, 3]:  # the box in which it was made is not known
+                place_box(mechanism, state, surface, tight, geom)
             enlarge(tight, wide, geom, 0.0)
-            add_pairs(mechanism, points, geom)
+            met += add_pairs(mechanism, points, geom)
             seats[geom, 0] = np.inf
             moved = 1
     if notes[REFRESHED] > 0:
         for k in range(notes[REFRESHED]):
             for turn in range(points.refreshed[k, 0], points.refreshed[k, 1]):
-                before -= refresh(mechanism, state, surface, points, points.turns[turn])
+                met += refresh(mechanism, state, surface, points, points.turns[turn])
         notes[REFRESHED] = 0
         moved = 1
         list_pairs(points)
@@ -81,24 +83,23 @@ def meet(mechanism, state, surface, points):
                 geom,
                 BREAKING + SPARE if overlap(tight, geom, wide, geom, BREAKING) else BREAKING,
             )
-            add_pairs(mechanism, points, geom)
+            met += add_pairs(mechanism, points, geom)
             moved = 1
     if moved == 1:
-        end_pairs(mechanism, points, notes[LISTED] - before + 1)
+        end_pairs(mechanism, points, met)
     rank_pairs(surface.compound, points)
 
 
 def refresh(mechanism, state, surface, points, geom):
-    """End all pairs of a geom and give it a new box and new pairs; return how many ended.
+    """End all pairs of a geom and give it a new box and new pairs; return how many boxes it meets.
 
     The table of pairs is filled later.
     """
     notes, pairs, wide = points.notes, points.pairs, points.wide
-    place = ended = 0
+    place = met = 0
     while place < notes[LISTED]:
         if pairs[0, place] == geom or pairs[1, place] == geom:
             end_pair(points, place)
-            ended += 1
         else:
             place += 1
     place_box(mechanism, state, surface, points.tight, geom)
@@ -108,15 +109,16 @@ def refresh(mechanism, state, surface, points, geom):
     for k in range(count):
         other = points.turns[count - 1 - k]
         if overlap(wide, geom, wide, other, 0.0) and other != geom and wide[other, 0] <= wide[other, 3]:
-            a, b, place = min(geom, other), max(geom, other), notes[LISTED]
-            if may_touch(mechanism, a, b):
+            a, b, place, met = min(geom, other), max(geom, other), notes[LISTED], met + 1
+            rank = first_rank(mechanism, a, b)
+            if rank < 0:
                 if place >= pairs.shape[1]:
                     notes[FULL] = 1
                     break
-                pairs[0, place], pairs[1, place], pairs[2, place] = a, b, -1
+                pairs[0, place], pairs[1, place], pairs[2, place] = a, b, rank
                 notes[LISTED] = place + 1
     notes[SORTED] = 0
-    return ended
+    return met
 
 
 def place_box(mechanism, state, surface, tight, geom):
@@ -166,15 +168,19 @@ def add_pairs(mechanism, points, geom):
     """Add the pairs of a geom with all that have boxes, where these meet its own, the latest ones first.
 
     In Bullet's tree a box is on the second side of the node that it is added to, which is searched first.
+    Returns how many boxes it meets, whether they are of new pairs or not.
     """
-    wide = points.wide
+    wide, met = points.wide, 0
     count = points.notes[SHAPES]
     for k in range(count):
         other = points.turns[count - 1 - k]
         if overlap(wide, geom, wide, other, 0.0) and other != geom and wide[other, 0] <= wide[other, 3]:
             a, b = min(geom, other), max(geom, other)
-            if may_touch(mechanism, a, b) and place_of_pair(points, a, b) < 0:
-                add_pair(points, a, b)
+            met += 1
+            rank = first_rank(mechanism, a, b)
+            if rank < 0 and place_of_pair(points, a, b) < 0:
+                add_pair(points, a, b, rank)
+    return met
 
 
 def may_touch(mechanism, a, b):
@@ -192,13 +198,26 @@ def may_touch(mechanism, a, b):
     return not found
 
 
-def add_pair(points, a, b):
+def first_rank(mechanism, a, b):
+    """Return what a new pair has in place of a rank, 0 where it is none.
+
+    Bullet's broad phase also has pairs of links of one robot that never touch, as those of parents.
+    """
+    if may_touch(mechanism, a, b):
+        return -1
+    one, two = mechanism.geom_body[a], mechanism.geom_body[b]
+    if one != two and one > 0 and two > 0 and mechanism.body_root[one] == mechanism.body_root[two]:
+        return HIDDEN
+    return 0
+
+
+def add_pair(points, a, b, rank):
     """Add a pair behind the others, without a rank; note where there is no room for it."""
     pairs, place = points.pairs, points.notes[LISTED]
     if place >= pairs.shape[1]:
         points.notes[FULL] = 1
         return
-    pairs[0, place], pairs[1, place], pairs[2, place] = a, b, -1
+    pairs[0, place], pairs[1, place], pairs[2, place] = a, b, rank
     points.notes[LISTED] = place + 1
     points.notes[SORTED] = 0  # the pair joins groups, if it has a rank or not
     note_pair(points, place)
@@ -232,7 +251,7 @@ def spread(a, b):
 
 
 def end_pairs(mechanism, points, fresh):
-    """End pairs whose boxes have parted: as many are checked as came, but at least a share of all."""
+    """End pairs whose boxes have parted: as many are checked as boxes met, but at least a share of all."""
     notes, pairs, wide = points.notes, points.pairs, points.wide
     count = notes[LISTED]
     left = min(count, max(fresh, count * CHECKS // 100))
@@ -241,9 +260,16 @@ def end_pairs(mechanism, points, fresh):
     while done < left:
         place = (at + done) % count
         a, b = pairs[0, place], pairs[1, place]
-        if overlap(wide, a, wide, b, 0.0) and may_touch(mechanism, a, b):
-            done += 1
-            continue
+        if overlap(wide, a, wide, b, 0.0):
+            rank = first_rank(mechanism, a, b)
+            if rank == HIDDEN:
+                end_rank(points, place)
+                pairs[2, place] = HIDDEN
+            elif rank < 0 and pairs[2, place] == HIDDEN:
+                pairs[2, place] = -1
+            if rank < 0:
+                done += 1
+                continue
         end_pair(points, place)
         count -= 1
         left -= 1
@@ -272,6 +298,8 @@ def rank_pairs(compound, points):
     pairs, tight = points.pairs, points.tight
     for place in range(points.notes[LISTED]):
         a, b = pairs[0, place], pairs[1, place]
+        if pairs[2, place] == HIDDEN:
+            continue
         meets = True
         if compound[a] > 0 or compound[b] > 0:
             meets = overlap(tight, a, tight, b, 0.0)

@@ -30,9 +30,11 @@ WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
 """Lines of `Solver.lines`, each of as many numbers as there are rows, rounded up to blocks."""
 (
     PAIRS, TABLE, EXTRA, HELD, LISTED, RANKED, CHECKED, FULL, RENUMBERED, SORTED, TAKEN_UP, SHAPES, REFRESHED,
-    NOTES,
-) = range(14)  # fmt: skip
+    ORDERED, NOTES,
+) = range(15)  # fmt: skip
 """Places in `Points.notes`."""
+HIDDEN = -2
+"""In place of a rank: of two links of a body that never touch, but are a pair in Bullet's broad phase."""
 RANK, GROUP, HEAD, RANGE_START, RANGE_END, WORK = range(6)
 """Rows of `Points.work`: ranks and the groups of their pairs, as they are sorted; the first contact in the
 order of solution at each rank; ends of ranges to be sorted."""
@@ -188,7 +190,8 @@ class Points(NamedTuple):
     seats: np.ndarray
     """(ngeom, 3) places (m) of the bodies of fixed geoms for which their boxes hold."""
     pairs: np.ndarray
-    """(3, n) geoms whose boxes meet, the smaller number first, and the pair's rank, -1 for none."""
+    """(3, n) geoms whose boxes meet, the smaller number first, and the pair's rank, -1 for none, `HIDDEN` for
+    pairs that never touch."""
     ranked: np.ndarray
     """(n,) place among the pairs of the one at each rank."""
     table: np.ndarray
@@ -197,13 +200,16 @@ class Points(NamedTuple):
     following: np.ndarray
     sequence: np.ndarray
     """Contacts in the order of solution."""
+    listing: np.ndarray
+    """Contacts in the order of their pairs' ranks, then all others."""
     refreshed: np.ndarray
     """(n, 2) ranges of `turns` whose geoms get new boxes and pairs, one after the other."""
     notes: np.ndarray
-    """(13,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
+    """(14,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
     of contacts moved to anchors; numbers of pairs whose boxes meet and of those with ranks, the next to be
     checked, 1 where there was no room for one, 1 where `table` is to be filled, 1 where `work` is sorted,
-    length of the sequence, number of geoms of bodies, number of ranges in `refreshed`."""
+    length of the sequence, number of geoms of bodies, number of ranges in `refreshed`, length of
+    `listing`."""
 
 
 class Surface(NamedTuple):
@@ -292,7 +298,8 @@ STATE = record(
 POINTS = record(
     Points,
     "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " f8[:,::1] f8[:,::1] f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i8[::1]",
+    " f8[:,::1] f8[:,::1] f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[::1] i4[:,::1]"
+    " i8[::1]",
 )
 SURFACE = record(
     Surface,

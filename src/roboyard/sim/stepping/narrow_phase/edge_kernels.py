@@ -121,9 +121,7 @@ def find_points(frame, i, geom_type, hulls, spans, one, two, work):
         if is_known:
             return apart, True
     elif (kind == BOX and other == SPHERE) or (kind == SPHERE and other == BOX):
-        apart = ball_beside_box(FIRST if kind == BOX else SECOND, work)
-        if apart > 0.0:
-            return apart, True
+        return ball_and_box(FIRST if kind == BOX else SECOND, work), True
     apart = closest_points(kind, other, hulls, spans, one, two, FLAT, FAR, work)
     if apart > 0.0:
         return apart, True
@@ -141,20 +139,32 @@ def find_points(frame, i, geom_type, hulls, spans, one, two, work):
     return apart, is_known
 
 
-def ball_beside_box(box, work):
-    """Find the point of a box's core that is closest to a ball's centre; return its distance (m)."""
+def ball_and_box(box, work):
+    """Find the point of a box's core that is closest to a ball's centre; return its distance (m).
+
+    Where the centre is inside, the point is on the nearest face and the distance is negative.
+    """
     ball = SECOND if box == FIRST else FIRST
     own, other, sign = (0, 3, 1.0) if box == FIRST else (3, 0, -1.0)
     x, y, z = work[ball] - work[box], work[ball + 1] - work[box + 1], work[ball + 2] - work[box + 2]
     for k in range(3):
         work[FOUND + own + k], work[FOUND + other + k] = work[box + k], work[ball + k]
+    axis, side, least = 0, 1.0, 1e300
     for k in range(3):
         u, v, w = work[box + 3 + k], work[box + 6 + k], work[box + 9 + k]
-        along = u * x + v * y + w * z
-        along = min(max(along, -work[box + 12 + k]), work[box + 12 + k])
+        along, half = u * x + v * y + w * z, work[box + 12 + k]
+        if half - abs(along) < least:
+            axis, side, least = k, -1.0 if along < 0.0 else 1.0, half - abs(along)
+        along = min(max(along, -half), half)
         work[FOUND + own] += along * u
         work[FOUND + own + 1] += along * v
         work[FOUND + own + 2] += along * w
+    if least >= 0.0:
+        for k in range(3):
+            n = side * work[box + 3 + 3 * k + axis]
+            work[FOUND + own + k] = work[ball + k] + least * n
+            work[FOUND + 6 + k] = -sign * n
+        return -least
     squared = 0.0
     for k in range(3):
         way = work[FOUND + own + k] - work[FOUND + other + k]

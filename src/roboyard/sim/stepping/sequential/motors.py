@@ -22,6 +22,7 @@ from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.constraints.constraints import Constraints
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.collision_filters import touching_welds
 from roboyard.sim.stepping.contact_rows import ContactRows
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.manifolds import Manifolds
@@ -333,6 +334,7 @@ class SequentialMotors:
             self._bundle, self._is_ordered, self._written = None, False, ()
         mechanism = self._mechanism
         assert mechanism is not None
+        self._look_up_welds(mechanism, model)
         if not self._is_ordered:
             self._order(mechanism, model)
         if len(mechanism.equality_share):
@@ -357,6 +359,15 @@ class SequentialMotors:
         else:
             model.opt.disableflags &= ~PLACED
         self._known = world.revision, timestep, profile, motors
+
+    def _look_up_welds(self, mechanism: r.Mechanism, model: Any) -> None:
+        """Look up which links count as fixed to each other; see `touching_welds`."""
+        if self._world.profile.parents_pass:
+            return
+        known, welds = self.contact_rows.welds, touching_welds(model)
+        mechanism.geom_weld[:] = (model.body_weldid if welds is None else welds[0])[model.geom_bodyid]
+        if known is None or welds is None or not np.array_equal(known, welds):
+            self.contact_rows.welds = welds
 
     def _take_work_arrays(self, model: Any) -> None:
         """Take the solver's arrays of the world whose model this one took over, or make them."""
