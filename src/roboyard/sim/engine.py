@@ -113,7 +113,7 @@ class Engine(Generic[BodyT]):
         self.late_masses: dict[Any, Array] = {}
         """Links to (4,) masses (kg) and principal moments (kg m²) that the spec does not have yet."""
         self.late_frictions: dict[Any, Array] = {}
-        """Links to (1,) sliding friction that the spec does not have yet."""
+        """Links to (3,) friction coefficients, as `Link.keep_friction` takes them, that the spec does not have yet."""
         self.kept_rays: dict[bool, Any] = {}
         """MuJoCo's arrays for rays, by whether they meet visual shapes; dropped when the arrays change."""
         self.kept_poses: tuple[Any, Any, Any, Any, Any] | None = None
@@ -380,7 +380,7 @@ class Engine(Generic[BodyT]):
             link.keep_mass(numbers)
         self.late_masses.clear()
         for link, numbers in self.late_frictions.items():
-            link.keep_friction(float(numbers[0]))
+            link.keep_friction(numbers)
         self.late_frictions.clear()
 
     def drop_prepared(self) -> None:
