@@ -695,3 +695,20 @@ def test_a_fixed_base_is_put_where_it_was_before(client: int) -> None:
     p.resetBaseVelocity(ball, [1, 2, 3], [4, 5, 6])
     p.resetBaseVelocity(ball, [0, 0, 0], [0, 0, 0])
     assert p.getBaseVelocity(ball) == ((0, 0, 0), (0, 0, 0))
+
+
+def test_time_steps_that_are_not_positive_advance_nothing_as_in_pybullet(client: int) -> None:
+    p.setTimeStep(0)
+    p.setGravity(0, 0, -10)
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), -1, [0, 0, 1])
+    p.stepSimulation()
+    p.setTimeStep(-0.01)
+    p.stepSimulation()
+    assert p.getBasePositionAndOrientation(ball)[0] == (0.0, 0.0, 1.0)
+    assert p.getBaseVelocity(ball)[0] == (0.0, 0.0, 0.0)
+    p.setPhysicsEngineParameter(fixedTimeStep=0.01)
+    p.stepSimulation()
+    assert p.getBasePositionAndOrientation(ball)[0] == pytest.approx((0.0, 0.0, 0.999))
+    p.setTimeStep(0)
+    p.stepSimulation()
+    assert p.getBasePositionAndOrientation(ball)[0] == pytest.approx((0.0, 0.0, 0.999))

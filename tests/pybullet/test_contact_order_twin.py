@@ -21,7 +21,7 @@ from roboyard.sim.stepping.impulses.records import (
     TAKEN_UP,
     WORK,
 )  # fmt: skip
-from roboyard.sim.stepping.sequential_motors import quicksort
+from roboyard.sim.stepping.sequential.solution_order import quicksort
 
 
 class _Order:

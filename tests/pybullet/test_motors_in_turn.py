@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
-from roboyard.sim.stepping.sequential_motors import quicksort
+from roboyard.sim.stepping.sequential.solution_order import quicksort
 
 PART = """<link name="l{k}"><inertial><origin xyz="0.05 0 0.1"/><mass value="{mass}"/>
 <inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial></link>

@@ -18,7 +18,8 @@ from roboyard.sim.engine import Engine
 from roboyard.sim.pool.body_pool import BodyPool
 from roboyard.sim.pool.kept_worlds import KeptWorld
 from roboyard.sim.pool.rows import PoolRows
-from roboyard.sim.stepping import manifolds, sequential_motors
+from roboyard.sim.stepping import manifolds
+from roboyard.sim.stepping.sequential import motors
 
 PLANE = """<robot name="floor"><link name="floor"><contact><lateral_friction value="0.9"/></contact>
 <collision><geometry><plane normal="0 0 1"/></geometry></collision></link></robot>"""
@@ -423,7 +424,7 @@ def test_sets_of_bodies_that_come_again_move_alike(files: Path, monkeypatch: pyt
     kept = create_and_remove(files)
     monkeypatch.setattr(manifolds, "_SETS", 0)
     monkeypatch.setattr(shape_rows, "_SHAPE_SETS", 0)
-    monkeypatch.setattr(sequential_motors, "_ORDERS", 0)
+    monkeypatch.setattr(motors, "_ORDERS", 0)
     assert create_and_remove(files) == kept
 
 

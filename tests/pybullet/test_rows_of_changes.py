@@ -21,7 +21,7 @@ from roboyard.sim.stepping.impulses.records import (
     TABLE,
 )  # fmt: skip
 from roboyard.sim.stepping.manifolds import Manifolds
-from roboyard.sim.stepping.sequential_motors import SequentialMotors
+from roboyard.sim.stepping.sequential.motors import SequentialMotors
 
 STEPS = 150
 

@@ -10,9 +10,9 @@ from sim_robots import arm
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import kernels as step_kernels
-from roboyard.sim.stepping import sequential_motors
 from roboyard.sim.stepping.impulses import inertia, lanes, layout, table
 from roboyard.sim.stepping.impulses.records import BLOCK, DENSE, KEEP, LINES, OTHERS, SOLVE
+from roboyard.sim.stepping.sequential import solver_arrays
 from roboyard.sim.stepping.step_rows import ALL
 
 
@@ -453,7 +453,7 @@ def test_sliding_rows_are_those_of_points_on_the_surface() -> None:
 def test_tables_begin_at_lines_of_the_cache(rows: int) -> None:
     """Else an access to four numbers may need two lines, which takes a tenth of some steps."""
     for _ in range(5):
-        solver = sequential_motors._solver(rows, nv=7, bodies=4, trees=2, entries=7)
+        solver = solver_arrays.of_solver(rows, nv=7, bodies=4, trees=2, entries=7)
         for numbers in (solver.across, solver.table, solver.lines):
             assert numbers.ctypes.data % 64 == 0 and len(numbers) % BLOCK == 0 and not numbers.any()
         assert len(solver.across) == 7 * len(solver.lines) / LINES

@@ -14,7 +14,7 @@ import numpy as np
 from mujoco import batch
 
 from roboyard.errors import ModelError, RoboyardError
-from roboyard.sim.stepping.time_steps import solver_warning
+from roboyard.sim.stepping.solver_warning import solver_warning
 from roboyard.sim.world import World
 from roboyard.transforms import Array
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from roboyard.envs.batch_physics import LARGEST_SPEED
 from roboyard.errors import ConfigError
-from roboyard.sim.stepping.time_steps import solver_warning
+from roboyard.sim.stepping.solver_warning import solver_warning
 from roboyard.sim.world import World
 from roboyard.transforms import Array
 from roboyard.untrusted.json_reading import read_json

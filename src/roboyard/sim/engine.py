@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -20,23 +20,22 @@ from roboyard.sim.build.solver_options import (
     new_spec,
 )
 from roboyard.sim.discarded_worlds import WORLDS
+from roboyard.sim.engine_hooks import BodyT, EngineHooks
 from roboyard.sim.frame_updates import CENTRES, KEEP, POSES, SPEEDS, FrameUpdates
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
-from roboyard.sim.pool.kept_worlds import CompileKey, Compiles, FormerWorld, KeptWorld, keep
-from roboyard.sim.pool.lone_bodies import LoneBody, lone_body
-from roboyard.sim.protocols import EngineBody, JointDrives, LinkSurfaces, LinkWrenches
+from roboyard.sim.pool.kept_worlds import CompileKey, Compiles, FormerWorld, KeptWorld, copy_state, keep
+from roboyard.sim.pool.lone_bodies import LoneBody
+from roboyard.sim.pool.new_bodies import NewBodies
+from roboyard.sim.protocols import EngineBody
+from roboyard.sim.shape_bounds import shape_bounds
 from roboyard.transforms import Array
-
-BodyT = TypeVar("BodyT", bound=EngineBody)
 
 MEMORY_PER_GEOM = 256 * 1024
 """Bytes of MuJoCo's arena (contacts, constraints) for each collision shape; unused memory costs nothing."""
 MEMORY_LEAST, MEMORY_MOST = 64 * 2**20, 2 * 2**30
 MEMORY_GROWTH = 4
 """Factor by which the arena grows where a step needs more."""
-MOST_COMPILES = 2
-"""Compiles at one moment after which a new body is read alone instead."""
 
 
 ALL_MOVED, FORCES_MOVED = 1, 2
@@ -47,7 +46,7 @@ _BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
 _SLEEPS = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
 
 
-class Engine(Generic[BodyT]):
+class Engine(EngineHooks[BodyT]):
     """Spec, model and data of a world, and which of them are out of date."""
 
     def __init__(
@@ -67,10 +66,7 @@ class Engine(Generic[BodyT]):
         """Whether the spec has changed since the last compile, or has more than planned bodies before it."""
         self.element_edits = 0
         """Number of edits of elements so far, but for those of friction."""
-        self._lone: dict[int, LoneBody] = {}
-        """New bodies that were read or written alone since the last compile, by id."""
-        self._compiled_at, self._compiles_there = -1.0, 0
-        """Simulated time of the last compile (s), and the number of compiles at that time."""
+        self._new_bodies: NewBodies[BodyT] = NewBodies()
         self.pool = BodyPool(self)
         self.body_by_id: dict[int, BodyT] = {}
         self.profile = profile
@@ -130,99 +126,6 @@ class Engine(Generic[BodyT]):
         self.shows_triangles = False
         """Whether concave meshes get a geom with all their triangles."""
         WORLDS.add(self, _array_bytes)
-
-    # ------------------------------------------------------------------------------ defined by subclasses
-
-    @property
-    def drives(self) -> JointDrives:
-        """The drives of joints."""
-        raise NotImplementedError
-
-    @property
-    def surfaces(self) -> LinkSurfaces:
-        """Restitution and drag of links."""
-        raise NotImplementedError
-
-    @property
-    def wrenches(self) -> LinkWrenches:
-        """External forces on links."""
-        raise NotImplementedError
-
-    def flex_owners(self) -> dict[int, int]:
-        """Return the body id of each row of MuJoCo's flexes."""
-        return {}
-
-    @property
-    def has_soft_bodies(self) -> bool:
-        """Whether any body is soft."""
-        return False
-
-    def soft_surfaces(self) -> Sequence[tuple[int, Array, np.ndarray]]:
-        """Return body id, (n, 3) nodes (m) and (m, 3) surface triangles of each soft body."""
-        return ()
-
-    def refresh_stepping(self) -> None:
-        """Note that a rule of the time step was added, changed or removed."""
-
-    def contact_forces(self) -> Array:
-        """Return (ncon, 3) forces (N) of the last step's contacts along the axes of their frames."""
-        raise NotImplementedError
-
-    def find_reactions(self) -> None:
-        """Compute MuJoCo's `cacc`, `cfrc_ext` and `cfrc_int` of the last step."""
-        raise NotImplementedError
-
-    def _parts_in_cycles(self) -> Sequence[object]:
-        """Return the parts, beside bodies, that refer to each other without passing through the world."""
-        return ()
-
-    def rows_changed(self, body: BodyT, *, is_there: bool) -> None:
-        """Note that rows of MuJoCo's arrays, which stay, became a body's or are no longer one's."""
-
-    def bodies_changed(self) -> None:
-        """Note that bodies came or went in any other way."""
-
-    def constraints_changed(self) -> None:
-        """Note that a constraint came or went without a compile."""
-
-    def restore_active(self, active: np.ndarray, since: int) -> None:
-        """Correct (neq,) which constraints were active by those that came or went since.
-
-        Args:
-            active: (neq,) of an earlier moment.
-            since: first id of the constraints that came since.
-        """
-
-    @property
-    def next_constraint(self) -> int:
-        """The id that the next constraint gets."""
-        return 0
-
-    def _complete_spec(self) -> None:
-        """Add what is not in the spec yet."""
-
-    def _extra_key(self) -> Any:
-        """Return what a compile depends on besides bodies and options; None where this cannot be compared."""
-
-    def _extra_elements(self) -> Any:
-        """Return the elements that the spec has for it."""
-
-    def _take_extra_elements(self, elements: Any) -> None:
-        """Take over what `_extra_elements` returned of a world with an equal key."""
-
-    def _leave_extra_elements(self) -> None:
-        """Note that the spec is a new one without them."""
-
-    def _delete_inactive_rows(self) -> None:
-        """Delete inactive constraints and exclusions from the spec."""
-
-    def _before_compile(self) -> None:
-        """Make the last edits of the spec."""
-
-    def _after_compile(self) -> None:
-        """Update what refers to rows of MuJoCo's arrays; they are new."""
-
-    # ------------------------------------------------------------------------------------------- the engine
 
     @property
     def _spec(self) -> Any:
@@ -487,48 +390,25 @@ class Engine(Generic[BodyT]):
             kept = keep(key, spec, self.assets, built, extras, self._model, self._data, self.of_arrays)
         compiles.note(key, kept)
         if before is not None:
-            self._go_on_from(*before)
-        self._take_lone_states()
+            copy_state(*before, self._data)
+        self._new_bodies.end(self.body_by_id, self.time)
+        self.is_outdated = False
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()
 
     def lone_body(self, body: BodyT) -> LoneBody | None:
-        """Return a new body alone, whose state the next compile takes over; None where that has to be now.
-
-        The first compiles at one moment are not avoided: most programs need one before the next step.
-        """
-        if not self.is_stale or self._compiles_there < MOST_COMPILES or self._compiled_at != self.time:
+        """Return a new body alone, whose state the next compile takes over; None where that has to be now."""
+        if not self.is_stale or not self._new_bodies.avoids_compiles(self.time):
             return None
         if body.mujoco_ids[0] > 0 or any(key == body.id for key, _ in self.long_axes):
             return None  # it has rows, or velocities that MuJoCo does not compute
-        found, place, plan = self._lone.get(body.id), body.placed, body.plan_of_tree
-        if place is None or plan is None:
-            return None
-        if found is None:
-            found = lone_body(plan)
-            if found is None:
-                return None
-            self._lone[body.id] = found
-        found.put(*place)
-        return found
+        return self._new_bodies.of(body)
 
     @property
     def avoided_compiles(self) -> int:
         """Number of new bodies that were read alone since the last compile."""
-        return len(self._lone)
-
-    def _take_lone_states(self) -> None:
-        """Give bodies the state that they had alone, after a compile, and note its time."""
-        for number, lone in self._lone.items():
-            body = self.body_by_id.get(number)
-            if body is not None:
-                body.take_state(lone)
-        self._lone.clear()
-        self.is_outdated = False
-        now = self.time
-        self._compiles_there = self._compiles_there + 1 if now == self._compiled_at else 1
-        self._compiled_at = now
+        return len(self._new_bodies)
 
     def _compile_key(self) -> CompileKey | None:
         """Return what a compile is made from; None where the spec has more than planned bodies."""
@@ -552,17 +432,6 @@ class Engine(Generic[BodyT]):
             body.plan_again(plan)
         self._leave_extra_elements()
 
-    def _go_on_from(self, model: Any, data: Any) -> None:
-        """Give the bodies of a smaller world, which are the first of this one, the state that they had there.
-
-        MuJoCo does so where it compiles a spec again.
-        """
-        now, dofs = self._data, model.nv
-        now.time = data.time
-        now.qpos[: model.nq], now.qvel[:dofs] = data.qpos, data.qvel
-        now.qacc_warmstart[:dofs], now.qfrc_applied[:dofs] = data.qacc_warmstart, data.qfrc_applied
-        now.xfrc_applied[: model.nbody] = data.xfrc_applied
-
     def _take_over(self, kept: KeptWorld, key: CompileKey) -> None:
         """Go on with the spec, model and data of the world before, as a compile would leave them."""
         before = self._model, self._data
@@ -576,7 +445,7 @@ class Engine(Generic[BodyT]):
         self._apply_options(self._model.opt)
         self.pool.forgo()
         if before[0] is not None:
-            self._go_on_from(*before)
+            copy_state(*before, self._data)
         self.is_stale = self._inertia_changed = False
         self._reference = self._geom_owners = None
         self._next_revision()
@@ -585,7 +454,8 @@ class Engine(Generic[BodyT]):
         for body in self.body_by_id.values():
             body.refresh(self._model)
         self.compiles.note(kept.key, kept)
-        self._take_lone_states()
+        self._new_bodies.end(self.body_by_id, self.time)
+        self.is_outdated = False
         self._is_edited = False
         self._after_compile()
         self.mark_moved()
@@ -835,25 +705,7 @@ class Engine(Generic[BodyT]):
         """
         self.show_triangles()
         data = self.kinematics()
-        model = self._model
-        of_body = np.isin(model.geom_bodyid, mujoco_ids)
-        plane = model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)
-        mesh = model.geom_type == int(mujoco.mjtGeom.mjGEOM_MESH)
-        rows = np.flatnonzero(of_body & ~plane & ~mesh)
-        corners = [data.xpos[mujoco_ids]]
-        for row in np.flatnonzero(of_body & mesh):  # MuJoCo's own boxes follow principal axes: too large
-            first, count = (int(a[model.geom_dataid[row]]) for a in (model.mesh_vertadr, model.mesh_vertnum))
-            points = model.mesh_vert[first : first + count] @ data.geom_xmat[row].reshape(3, 3).T
-            corners.append(points.min(axis=0)[None] + data.geom_xpos[row])
-            corners.append(points.max(axis=0)[None] + data.geom_xpos[row])
-        if len(rows):
-            rotation = data.geom_xmat[rows].reshape(-1, 3, 3)
-            box = model.geom_aabb[rows]
-            centre = data.geom_xpos[rows] + np.einsum("nij,nj->ni", rotation, box[:, :3])
-            half = np.einsum("nij,nj->ni", np.abs(rotation), box[:, 3:])
-            corners += [centre - half, centre + half]
-        points = np.concatenate(corners)
-        return np.stack([points.min(axis=0), points.max(axis=0)])
+        return shape_bounds(self._model, data, mujoco_ids)
 
     @property
     def geom_owners(self) -> np.ndarray:

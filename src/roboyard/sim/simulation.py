@@ -22,13 +22,14 @@ from roboyard.sim.build.bodies import build
 from roboyard.sim.build.planned import PlannedBody, note_sound, plan
 from roboyard.sim.build.records import BuildOptions, Built
 from roboyard.sim.build.solver_options import Solver
+from roboyard.sim.constraints.constraints import Constraints
 from roboyard.sim.engine import Engine
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.collision_filters import CollisionFilters
-from roboyard.sim.stepping.constraints import Constraints
+from roboyard.sim.stepping.solver_warning import solver_warning
 from roboyard.sim.stepping.surfaces import Surfaces
-from roboyard.sim.stepping.time_steps import Stepping, solver_warning
+from roboyard.sim.stepping.time_steps import Stepping
 from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
 from roboyard.transforms import Array, normalized

@@ -255,7 +255,7 @@ def getConstraintState(client: Client, constraintUniqueId: int) -> tuple[float, 
     world, kind = scene.world, record.kind
     if world.is_stale:
         world.ensure_compiled()
-    forces = world.constraints.applied_numbers(record.made)
+    forces = world.constraints.rows.applied_numbers(record.made)
     if not forces:
         return (0.0,) * _ROWS[kind]
     if is_machine_code("getConstraintState"):

@@ -159,7 +159,7 @@ def setPhysicsEngineParameter(
 
 
 def _time_step(value: float, command_name: str) -> float:
-    """Return a time step that is finite; PyBullet takes any other, and so does this face until a step."""
+    """Return a time step that is finite; with one that is not positive, steps do nothing, as in PyBullet."""
     seconds = number(value)
     if not isfinite(seconds):
         raise failure(f"{command_name} failed.", f"the time step must be finite, got {seconds}")

@@ -1,7 +1,7 @@
 """Forces of a constraint in MuJoCo's memory, in PyBullet's order; see `roboyard.sim.stepping.step_rows`."""
 
 from roboyard.native import compiled
-from roboyard.sim.stepping.constraint_rows import HALF_ANGLE
+from roboyard.sim.constraints.bounded_rows import HALF_ANGLE
 from roboyard.sim.stepping.step_row_kernels import find_rows
 
 PLAIN, SLIDE, POINT = range(3)

@@ -10,9 +10,9 @@ from roboyard._records import dataclass
 if TYPE_CHECKING:
     from roboyard.pybullet.face.arguments import Quaternion, Vector3
     from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.sim.constraints.records import Constraint
     from roboyard.sim.link import Link
     from roboyard.sim.soft.soft_body import Anchor, SoftBody
-    from roboyard.sim.stepping.constraints import Constraint
     from roboyard.sim.world import World
 
 DEFAULT_MAX_FORCE = 500.0

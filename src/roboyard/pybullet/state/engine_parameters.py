@@ -6,6 +6,8 @@ from dataclasses import field
 
 from roboyard._records import dataclass
 
+TIME_STEP = 1.0 / 240.0
+"""Time that one stepSimulation advances at first (s)."""
 DEFAULT_ITERATIONS = 50
 RESIDUAL = "solverResidualThreshold"
 """Name of the setting below which iterations end."""
@@ -36,7 +38,7 @@ ATTRIBUTES = {
 class EngineParameters:
     """Settings of setGravity, setTimeStep and setPhysicsEngineParameter."""
 
-    time_step: float = 1.0 / 240.0
+    time_step: float = TIME_STEP
     """Time that one stepSimulation advances (s)."""
     sub_steps: int = 0
     """Number of substeps of a step; 0 and 1 mean one undivided step."""

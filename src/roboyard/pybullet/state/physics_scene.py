@@ -25,6 +25,7 @@ from roboyard.pybullet.state.engine_parameters import (
     ERP,
     RESIDUAL,
     SOLVER,
+    TIME_STEP,
     EngineParameters,
 )
 from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
@@ -64,7 +65,10 @@ class PhysicsScene:
         """Settings of the client."""
         self._applied_revision = -1
         self.world = World(
-            gravity=parameters.gravity, timestep=parameters.time_step, profile=BULLET, visual_geoms=False
+            gravity=parameters.gravity,
+            timestep=parameters.time_step if parameters.time_step > 0 else TIME_STEP,
+            profile=BULLET,
+            visual_geoms=False,
         )
         self.world.keeps_frames = self.world.is_kept = True
         self.bodies: dict[int, BodyRecord] = {}
@@ -453,7 +457,8 @@ class PhysicsScene:
             self.build_requested()
         self._applied_revision = p.revision
         self.world.gravity = p.gravity
-        self.world.timestep = p.time_step / max(1, p.sub_steps)
+        if p.time_step > 0:
+            self.world.timestep = p.time_step / max(1, p.sub_steps)
         solver, profile = self.world.stepping.in_turn, self.world.profile
         if profile.motor_rounds:
             rounds = 0 if p.others.get(SOLVER) == DANTZIG else max(p.iterations, 1)
@@ -547,8 +552,12 @@ class PhysicsScene:
         self.world.wrenches.pending = True
 
     def step(self) -> None:
-        """Advance by one time step, divided into the client's substeps."""
+        """Advance by one time step, divided into the client's substeps; as in PyBullet by none that is not
+        positive.
+        """
         parameters, world = self.parameters, self.world
+        if parameters.time_step <= 0:
+            return
         if self.requested:
             self.build_requested()
         if self._applied_revision != parameters.revision:

@@ -24,7 +24,7 @@ from roboyard.sim.world import World
 from roboyard.transforms import Array, conjugate, multiply, rotate
 
 if TYPE_CHECKING:
-    from roboyard.sim.stepping.constraints import Constraint
+    from roboyard.sim.constraints.records import Constraint
 
 GraspingMode = Literal["physical", "assisted", "sticky"]
 MODES: tuple[GraspingMode, ...] = ("physical", "assisted", "sticky")

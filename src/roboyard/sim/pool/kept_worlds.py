@@ -199,3 +199,20 @@ def keep(
         numbers=memory.copy(),
         inertia=float(model.stat.meaninertia),
     )
+
+
+def copy_state(model: Any, data: Any, now: Any) -> None:
+    """Give the bodies of a smaller world, which are the first of another, the state that they had there.
+
+    MuJoCo does so where it compiles a spec again.
+
+    Args:
+        model: MjModel of the smaller world.
+        data: its MjData.
+        now: the MjData that is written.
+    """
+    dofs = model.nv
+    now.time = data.time
+    now.qpos[: model.nq], now.qvel[:dofs] = data.qpos, data.qvel
+    now.qacc_warmstart[:dofs], now.qfrc_applied[:dofs] = data.qacc_warmstart, data.qfrc_applied
+    now.xfrc_applied[: model.nbody] = data.xfrc_applied

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-from _thread import _local
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from roboyard._lazy import LazyLogger, lazy_module
+from roboyard._lazy import lazy_module
 from roboyard._mujoco import mujoco
 from roboyard.native import lazy_loop
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
+from roboyard.sim.constraints.constraints import Constraints
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
-from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.contact_rows import ContactRows, first_half, without
 from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
-from roboyard.sim.stepping.sequential_motors import SequentialMotors
+from roboyard.sim.stepping.sequential.motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
 from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
 from roboyard.sim.stepping.step_rows import StepRows
@@ -39,32 +38,6 @@ order = lazy_loop("roboyard.sim.stepping.impulses.order", "execute")
 
 _ROWS = "rows of a step"
 """Name in `Engine.of_arrays`."""
-log = LazyLogger("roboyard.simulation")
-
-
-class _SolverWarning(_local):
-    """The warning of MuJoCo during the step of this thread."""
-
-    is_raised: bool = False
-    message: str | None = None
-    lacks_memory: bool = False
-    """Whether contacts were dropped for lack of memory."""
-
-
-solver_warning = _SolverWarning()
-
-
-def _on_warning(message: str) -> None:
-    if "unstable" in message:
-        solver_warning.is_raised = True
-        solver_warning.message = solver_warning.message or message  # where it began
-    elif "arena memory" in message:
-        solver_warning.is_raised = solver_warning.lacks_memory = True
-    else:
-        log.warning("MuJoCo: %s", message)
-
-
-mujoco.set_mju_user_warning(_on_warning)
 
 
 class Stepping:
@@ -265,7 +238,7 @@ class Stepping:
             self._attempt(model, data)
             return
         if self._is_bounded:
-            self.constraints.prepare(model)
+            self.constraints.rows.prepare(model)
         slides = self._slides
         own = in_turn.contact_rows
         if self._makes_rows and not slides and found.is_direct and own.serves(model, self.manifolds):
@@ -298,7 +271,7 @@ class Stepping:
         if remade:
             mujoco.mj_makeConstraint(model, data)
         if slides:
-            self.constraints.free_axes(model, data)
+            self.constraints.rows.free_axes(model, data)
         if remade or slides:
             answer = in_turn.execute(found, r.ARRANGE, r.SOLVE, remade=int(remade))
         if answer == r.DONE:
@@ -452,7 +425,7 @@ class Stepping:
                 model, data, acceleration, lambda: in_turn.correct_slides(found, acceleration, timestep)
             )
         if self._is_bounded:
-            self.constraints.bound_forces(model, data)
+            self.constraints.rows.bound_forces(model, data)
         in_turn.write(found, timestep)
         assert self._compiled is not None
         limits = self._compiled[4]
@@ -490,7 +463,7 @@ class Stepping:
         elif world.hard_contacts:
             self.manifolds.prepare(model, data)
         if self._is_bounded:
-            self.constraints.prepare(model)
+            self.constraints.rows.prepare(model)
         self._collide(partial(first_half, self._world.axis_lengths()), model, data)
         if self._soft.by_id:
             self._soft.add_forces(model, data)
@@ -501,7 +474,7 @@ class Stepping:
         if stops:
             self.stops.approach(data, timestep)
         if self._slides:
-            self.constraints.free_axes(model, data)
+            self.constraints.rows.free_axes(model, data)
         alone = self._is_in_turn and self.in_turn.arrange(found)
         if alone and not self._soft.by_id:
             if compiled[5]:
@@ -631,7 +604,7 @@ class Stepping:
         elif self._world.hard_contacts:
             self.surfaces.correct_sliding(model, data, timestep)
         if self._is_bounded:
-            self.constraints.bound_forces(model, data)
+            self.constraints.rows.bound_forces(model, data)
 
     def _look_up(self, model: Any, data: Any) -> tuple[Any, ...]:
         largest = self._world.profile.largest_velocity

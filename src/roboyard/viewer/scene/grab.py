@@ -12,8 +12,8 @@ from roboyard.transforms import Array, conjugate, rotate
 from roboyard.viewer.scene.drags import Drag
 
 if TYPE_CHECKING:
+    from roboyard.sim.constraints.records import Constraint
     from roboyard.sim.link import Link
-    from roboyard.sim.stepping.constraints import Constraint
     from roboyard.sim.world import World
 
 PULL = 2.0

@@ -11,24 +11,28 @@ files.
 from __future__ import annotations
 
 import itertools
-from functools import cache
 from operator import is_
 from typing import Any
 
 import numpy as np
 
 from roboyard._lazy import lazy_module
-from roboyard._records import dataclass
 from roboyard.native import lazy_loop
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
+from roboyard.sim.constraints.constraints import Constraints
 from roboyard.sim.engine import Engine
-from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.contact_rows import ContactRows
 from roboyard.sim.stepping.impulses import records as r
-from roboyard.sim.stepping.impulses.layout import PLACES, STRIDE
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.narrow_phase.kept_fields import kept_fields
+from roboyard.sim.stepping.sequential import solver_arrays as arrays
+from roboyard.sim.stepping.sequential.solution_order import (
+    BodyParts,
+    number_places,
+    parts_of,
+    solution_order,
+)
 from roboyard.sim.stepping.shape_forms import PLACED
 from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
@@ -37,7 +41,6 @@ handing_over = lazy_module("roboyard.sim.stepping.impulses.handing_over")
 order = lazy_loop("roboyard.sim.stepping.impulses.order", "execute")
 solving = lazy_module("roboyard.sim.stepping.impulses.solving")
 
-LIMIT, MOTOR, EQUALITY = range(3)
 _ORDERS = 4
 """Orders of solution that are kept, for programs that create and remove the same in turns."""
 _MADE, _LAST, _SLOTS = "arrays of rows in turn", "last bundle of rows in turn", "orders of rows in turn"
@@ -46,8 +49,6 @@ _PARTS = "limits and motors of bodies"
 _WORK = "work arrays of rows in turn"
 """Names in `Engine.of_arrays`."""
 _NUMBERS = itertools.count()
-_LINE = 64
-"""Bytes of a line of the processor's cache."""
 
 
 class SequentialMotors:
@@ -72,7 +73,7 @@ class SequentialMotors:
         self._state: Any = None
         self._surface: Any = None
         self._fields: Any = None
-        self._solver = _no_solver()
+        self._solver = arrays.no_solver()
         self.contact_rows = ContactRows()
         """Rows of contacts that MuJoCo does not make."""
         self._width = 0
@@ -311,7 +312,7 @@ class SequentialMotors:
             keeps = {
                 name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules", "places")
             }
-            self._solver = _solver(2 * rows, *lengths, entries=self._width)._replace(**keeps)
+            self._solver = arrays.of_solver(2 * rows, *lengths, entries=self._width)._replace(**keeps)
             self._keep_work_arrays()
             self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
         self._surface = self._surface._replace(base=self._surfaces.normal_references(len(self._solver.order)))
@@ -322,7 +323,7 @@ class SequentialMotors:
         if self._mechanism is None:
             made = world.of_arrays.get(_MADE)
             if made is None:
-                made = world.of_arrays[_MADE] = _mechanism(model), _state(data)
+                made = world.of_arrays[_MADE] = arrays.of_model(model), arrays.of_data(data)
             self._mechanism, self._state = made
             self._fields = kept_fields(world)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
@@ -335,7 +336,7 @@ class SequentialMotors:
         if not self._is_ordered:
             self._order(mechanism, model)
         if len(mechanism.equality_share):
-            self._constraints.write_bounds(mechanism.equality_bound, mechanism.equality_share)
+            self._constraints.rows.write_bounds(mechanism.equality_bound, mechanism.equality_share)
         profile, surfaces, solver = world.profile, self._surfaces, self._solver
         surface = surfaces.record(model, data, len(solver.order))
         if not _same(surface, self._surface):
@@ -365,7 +366,7 @@ class SequentialMotors:
             self.contact_rows.invalidate()
         if made is None or len(made.order) < len(self._solver.order):
             rows = max(len(self._solver.order), 16)
-            made = _solver(rows, model.nv, model.nbody, model.ntree, self._width)
+            made = arrays.of_solver(rows, model.nv, model.nbody, model.ntree, self._width)
         else:
             made.ends[:] = -1
             made = made._replace(rules=np.zeros(r.RULES), places=np.zeros(0, np.int32))
@@ -391,9 +392,9 @@ class SequentialMotors:
         self._is_ordered = True
         self._manifolds.points.notes[r.SORTED] = 0  # its groups are joined by equalities, too
         slot, limit_slot, equality_slot = mechanism.slot, mechanism.limit_slot, mechanism.equality_slot
-        equalities, tree = self._constraints.equalities, mechanism.equality_tree
+        equalities, tree = self._constraints.rows.equalities, mechanism.equality_tree
         if len(tree):
-            self._constraints.write_trees(model, tree, mechanism.equality_aux, mechanism.equality_site)
+            self._constraints.rows.write_trees(model, tree, mechanism.equality_aux, mechanism.equality_site)
         if self._parts is None:
             self._parts, self._number = self._look_up_parts(), -1
         made_from = self._number_of_parts(self._parts), *equalities, tree.tobytes()
@@ -401,7 +402,7 @@ class SequentialMotors:
         found = orders.get(made_from)
         if found is None:
             bodies = list(self._parts.values())
-            places = _number_places(solution_order(bodies, equalities, tree), slot, limit_slot, equality_slot)
+            places = number_places(solution_order(bodies, equalities, tree), slot, limit_slot, equality_slot)
             orders[made_from] = places, slot.copy(), limit_slot.copy(), equality_slot.copy()
             while len(orders) > _ORDERS:
                 del orders[next(iter(orders))]
@@ -456,223 +457,6 @@ class SequentialMotors:
         return solver._replace(places=np.full(places, -1, np.int32))
 
 
-def _number_places(
-    order: list[tuple[int, int]], slot: np.ndarray, limit_slot: np.ndarray, equality_slot: np.ndarray
-) -> int:
-    """Write the first row of each motor, limit and equality, -1 for none; return the number of rows."""
-    for values in (slot, limit_slot, equality_slot):
-        values[:] = -1
-    places = 0
-    for index, kind in order:
-        if kind == EQUALITY:
-            equality_slot[index] = places
-            places += r.EQUALITY_ROWS
-        elif kind == LIMIT:
-            limit_slot[index] = places
-            places += 2
-        else:
-            slot[index] = places
-            places += 1
-    return places
-
-
 def _same(one: tuple[Any, ...], other: tuple[Any, ...] | None) -> bool:
     """Return whether two records have the same arrays."""
     return other is not None and all(map(is_, one, other))
-
-
-def _mechanism(model: Any) -> r.Mechanism:
-    """Return the arrays of a model, without the order of solution."""
-    nv, neq = model.nv, model.neq
-    return r.Mechanism(
-        geom_type=model.geom_type,
-        geom_body=model.geom_bodyid,
-        geom_tree=model.body_treeid[model.geom_bodyid].astype(np.int32),
-        geom_weld=model.body_weldid[model.geom_bodyid].astype(np.int32),
-        contype=model.geom_contype,
-        conaffinity=model.geom_conaffinity,
-        excluded=model.exclude_signature,
-        dof_tree=model.dof_treeid,
-        dof_joint=model.dof_jntid,
-        dof_body=model.dof_bodyid,
-        joint_dof=model.jnt_dofadr,
-        joint_type=model.jnt_type,
-        joint_qpos=model.jnt_qposadr,
-        limits=model.jnt_range,
-        limited=model.jnt_limited.view(np.uint8),
-        limit_margin=model.jnt_margin,
-        dry=model.dof_frictionloss,
-        body_parent=model.body_parentid,
-        body_root=model.body_rootid,
-        body_dof=model.body_dofadr,
-        body_dofs=model.body_dofnum,
-        mass=model.body_mass,
-        inertia=model.body_inertia,
-        centre=model.body_ipos,
-        tree_dof=model.tree_dofadr,
-        tree_dofs=model.tree_dofnum,
-        factor_count=model.M_rownnz,
-        factor_start=model.M_rowadr,
-        factor_column=model.M_colind,
-        slot=np.full(nv, -1, np.int32),
-        limit_slot=np.full(nv, -1, np.int32),
-        equality_order=np.full(neq, -1, np.int32),
-        equality_slot=np.full(neq, -1, np.int32),
-        equality_tree=np.full((neq, 2), -2, np.int32),
-        equality_aux=np.full(neq, -1, np.int32),
-        equality_site=np.full((neq, 2), -1, np.int32),
-        site_body=model.site_bodyid,
-        equality_bound=np.zeros((neq, 2)),
-        equality_share=np.zeros(neq),
-    )
-
-
-def _state(data: Any) -> r.State:
-    return r.State(
-        qpos=data.qpos,
-        qvel=data.qvel,
-        xpos=data.xpos,
-        xmat=data.xmat,
-        xipos=data.xipos,
-        ximat=data.ximat,
-        subtree_com=data.subtree_com,
-        cvel=data.cvel,
-        cdof=data.cdof,
-        wrench=data.xfrc_applied,
-        passive=data.qfrc_passive,
-        bias=data.qfrc_bias,
-        applied=data.qfrc_applied,
-        actuated=data.qfrc_actuator,
-        factor=data.qLD,
-        factor_inverse=data.qLDiagInv,
-        smooth_force=data.qfrc_smooth,
-        smooth=data.qacc_smooth,
-        qacc=data.qacc,
-        constraint=data.qfrc_constraint,
-        site_xpos=data.site_xpos,
-        site_xmat=data.site_xmat,
-    )
-
-
-def _solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.Solver:
-    """Return the arrays for so many rows of constraints with so many entries each."""
-    dense = min(rows, r.DENSE)
-    width = dense + -dense % r.BLOCK
-    return r.Solver(
-        motors=np.zeros((nv, 5)),
-        targets=np.zeros((nv, 4)),
-        largest=np.zeros(nv),
-        rules=np.zeros(r.RULES),
-        taken=np.zeros(trees, np.uint8),
-        groups=np.zeros(trees, np.int32),
-        places=np.zeros(0, np.int32),
-        parts=np.zeros((trees + 1, 10), np.int32),
-        ends=np.full(6, -1, np.int32),
-        order=np.zeros((rows, 4), np.int32),
-        spans=np.zeros((rows, 4), np.int32),
-        jacobian=np.zeros((rows, entries)),
-        scaled=np.zeros((rows, entries)),
-        roots=np.zeros(nv),
-        goals=np.zeros((rows, 6)),
-        mu=np.zeros(rows),
-        soft=np.zeros(rows),
-        diagonal=np.zeros(trees, np.uint8),
-        slots=np.zeros(trees, np.int32),
-        places_of_rows=np.zeros((rows, PLACES), np.int32),
-        lanes=_aligned(rows * (STRIDE + entries)),
-        velocities=_aligned(nv + r.BLOCK * (trees + 1)),
-        across=_aligned(nv * width),
-        table=_aligned(dense * width),
-        lines=_aligned(r.LINES * width),
-        change=np.zeros(nv),
-        wrenches=np.zeros((bodies, 6)),
-    )
-
-
-@cache
-def _no_solver() -> r.Solver:
-    """Return arrays for no rows, which nothing is written into."""
-    return _solver(0, 0, 0, 0, 0)
-
-
-def _aligned(count: int) -> np.ndarray:
-    """Return zeros (count,) of which no block of eight is in two lines of the processor's cache."""
-    memory = np.zeros(count + _LINE // 8)
-    start = -memory.ctypes.data % _LINE // 8
-    return memory[start : start + count]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BodyParts:
-    """Joint limits and motors of one body."""
-
-    trees: tuple[int, ...]
-    """Its kinematic trees."""
-    limits: tuple[int, ...]
-    """Degrees of freedom with limits, joint by joint."""
-    motors: tuple[range, ...]
-    """Degrees of freedom of each joint."""
-
-
-def parts_of(body: Body, model: Any) -> BodyParts:
-    """Return what has a place in the order of solution of a body."""
-    trees = {tree: None for tree in model.body_treeid[body.mujoco_ids].tolist() if tree >= 0}
-    joints = [joint for joint in body.joints if body.dof_addresses[joint.index] >= 0]
-    limits = []
-    for joint in joints:
-        dof = int(body.dof_addresses[joint.index])
-        if joint.is_scalar and model.jnt_limited[model.dof_jntid[dof]]:
-            limits.append(dof)
-    motors = [range(joint.dof_slice.start, joint.dof_slice.stop) for joint in joints]
-    return BodyParts(tuple(trees), tuple(limits), tuple(motors))
-
-
-def solution_order(
-    bodies: list[BodyParts], equalities: list[int], equality_tree: np.ndarray
-) -> list[tuple[int, int]]:
-    """Return joint limits, motors and equalities in Bullet's order: (dof or equality, kind).
-
-    Each body has its limits when it is loaded and its motors then, joint by joint, constraints follow; Bullet
-    sorts them by groups of bodies that constraints connect, with a quicksort that leaves equals in another
-    order than it finds them. The three rows of a spherical joint's motor stay together.
-
-    Args:
-        bodies: in the order in which they were loaded.
-        equalities: rows of constraints, in the order in which these were made.
-        equality_tree: (neq, 2) trees, -1 for none, -2 for equalities that MuJoCo solves.
-    """
-    group = list(range(len(bodies)))
-    members: list[tuple[int, int]] = []
-    if equalities:
-        body_of = {tree: key for key, body in enumerate(bodies) for tree in body.trees}
-        for equality, (a, b) in zip(equalities, equality_tree[equalities].tolist(), strict=True):
-            ends = [body_of[tree] for tree in (a, b) if tree in body_of]
-            if ends:
-                members.append((ends[0], equality))
-                old, new = group[ends[0]], group[ends[-1]]
-                group = [new if key == old else key for key in group]
-    items: list[tuple[int, range, int]] = []
-    for key, body in zip(group, bodies, strict=True):
-        items += [(key, range(dof, dof + 1), LIMIT) for dof in body.limits]
-        items += [(key, dofs, MOTOR) for dofs in body.motors]
-    items += [(group[place], range(equality, equality + 1), EQUALITY) for place, equality in members]
-    quicksort(items)
-    return [(index, kind) for _, indices, kind in items for index in indices]
-
-
-def quicksort(items: list[tuple[int, Any, int]]) -> None:
-    """Sort items by their first number in place, by Hoare's partition about the middle one."""
-    ranges = [(0, len(items) - 1)] if len(items) > 1 else []
-    while ranges:
-        low, high = ranges.pop()
-        pivot = items[(low + high) // 2][0]
-        i, j = low, high
-        while i <= j:
-            while items[i][0] < pivot:
-                i += 1
-            while items[j][0] > pivot:
-                j -= 1
-            if i <= j:
-                items[i], items[j] = items[j], items[i]
-                i, j = i + 1, j - 1
-        ranges += [(a, b) for a, b in ((low, j), (i, high)) if a < b]

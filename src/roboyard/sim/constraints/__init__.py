@@ -1,0 +1,1 @@
+"""Constraints between links besides joints: welds, slides, points and gears."""

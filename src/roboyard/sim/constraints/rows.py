@@ -1,0 +1,146 @@
+"""What constraints do in a step: bounds and free axes of their rows, and the forces that they applied."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from roboyard.sim.body import Body
+from roboyard.sim.constraints.bounded_rows import HALF_ANGLE, bound_rows, free_axis
+from roboyard.sim.constraints.records import Constraint
+from roboyard.sim.constraints.spec_elements import STIFF_SOLIMP
+from roboyard.sim.engine import Engine
+from roboyard.transforms import Array
+
+LARGEST_FORCE = 1e10
+"""Largest force of a constraint without a bound (N or N m), where rows are solved in turn."""
+_WELDED = ("weld", "slide")
+_ROWS = {"weld": 6, "slide": 6, "point": 3, "gear": 1}
+"""Number of rows of a constraint in MuJoCo's arrays."""
+CORRECTION = 0.2
+"""Share of a bounded constraint's error corrected in a step. It requests a velocity, so that a bound that is
+too low to brake in time cannot make it oscillate."""
+
+
+class ConstraintRows:
+    """The rows of one world's constraints."""
+
+    def __init__(self, world: Engine[Body], by_id: dict[int, Constraint]) -> None:
+        """Serve the constraints of a dictionary by their ids, which its owner changes."""
+        self._world, self._by_id = world, by_id
+        self._bounds: np.ndarray | None = None
+        """(neq,) bounds of all equalities; None where they changed."""
+        self._tuned_timestep = 0.0
+        """Time step for which stiffness is set (s); 0 where that changed."""
+
+    def refresh(self) -> None:
+        """Note that constraints, their bounds or MuJoCo's arrays are other ones."""
+        self._bounds = None
+        self._tuned_timestep = 0.0
+
+    def applied(self, constraint: Constraint) -> Array:
+        """Return the efforts of a constraint in the last step, in the world frame.
+
+        Returns:
+            (1,), (3,) or (6,) forces (N) and torques (N m).
+        """
+        return np.array(self.applied_numbers(constraint))
+
+    def applied_numbers(self, constraint: Constraint) -> list[float]:
+        """Return the numbers of `applied`."""
+        world = self._world
+        data, number, count = world.live_data, constraint.element.id, _ROWS[constraint.kind]
+        owners, first = data.efc_id, constraint.first_row
+        if (
+            first + count > data.ne
+            or owners.item(first) != number
+            or (first and owners.item(first - 1) == number)
+        ):
+            equalities = owners[: data.ne].tolist()
+            if number not in equalities:
+                return []
+            first = constraint.first_row = equalities.index(number)  # its rows are one after another
+        forces: list[float] = data.efc_force[first : first + count].tolist()
+        if constraint.kind in _WELDED:
+            forces[3:] = [HALF_ANGLE * moment for moment in forces[3:]]
+        return forces
+
+    def prepare(self, model: Any) -> None:
+        """Set the stiffness of bounded constraints, which depends on the time step, before a step."""
+        timestep = model.opt.timestep
+        if timestep == self._tuned_timestep:
+            return
+        self._tuned_timestep = timestep
+        most = STIFF_SOLIMP[1]
+        for constraint in self._by_id.values():
+            if np.isfinite(constraint.max_force):
+                pull = (-CORRECTION * most**2 / timestep**2, -most / timestep)
+                model.eq_solref[constraint.element.id] = pull
+
+    def write_trees(self, model: Any, trees: np.ndarray, aux: np.ndarray, places: np.ndarray) -> None:
+        """Write what the solver of rows in turn needs to know of all equalities.
+
+        Args:
+            model: MjModel.
+            trees: (neq, 2) kinematic trees, -1 for none, -2 for equalities that are not of these constraints.
+            aux: (neq,) degree of freedom of a gear's third joint, -1 for none.
+            places: (neq, 2) sites of the frames, -1 for none.
+        """
+        trees[:], aux[:], places[:] = -2, -1, -1
+        owner_of, tree_of = model.site_bodyid.item, model.body_treeid.item
+        for constraint in self._by_id.values():
+            equality = constraint.element.id
+            if constraint.tendon is not None:
+                first = model.tendon_adr[constraint.tendon.id]
+                dofs = model.jnt_dofadr[model.wrap_objid[first : first + 3]]
+                aux[equality] = dofs[2]
+                found = model.dof_treeid[dofs[:2]]
+            elif constraint.kind == "gear":
+                joints = model.eq_obj1id[equality], model.eq_obj2id[equality]
+                found = model.dof_treeid[model.jnt_dofadr[list(joints)]]
+            else:
+                sites = constraint.rows
+                found = tree_of(owner_of(sites[0])), tree_of(owner_of(sites[1]))
+                places[equality] = sites
+            trees[equality] = found
+
+    @property
+    def equalities(self) -> list[int]:
+        """Rows of all constraints among MuJoCo's equalities, in the order in which they were added."""
+        return [constraint.element.id for constraint in self._by_id.values()]
+
+    def write_bounds(self, bounds: np.ndarray, shares: np.ndarray) -> None:
+        """Write (neq, 2) bounds of rows, the last three of a weld's apart, and (neq,) shares.
+
+        The bounds are in the rows' units, of which a weld's last are half angles.
+        """
+        bounds[:], shares[:] = LARGEST_FORCE, 1.0
+        for constraint in self._by_id.values():
+            force, equality = min(constraint.max_force, LARGEST_FORCE), constraint.element.id
+            bounds[equality] = force, 2.0 * force
+            shares[equality] = constraint.share
+
+    def free_axes(self, model: Any, data: Any) -> None:
+        """Free slides along their axes, between the halves of a step."""
+        for constraint in self._by_id.values():
+            if constraint.axis is not None:
+                free_axis(
+                    model,
+                    data,
+                    constraint.element.id,
+                    constraint.site_a.id,
+                    constraint.site_b.id,
+                    constraint.axis,
+                    follows=not self._world.hard_contacts,
+                )
+
+    def bound_forces(self, model: Any, data: Any) -> None:
+        """Apply the force bounds of rows, after the solver."""
+        bounds = self._bounds
+        if bounds is None:
+            bounds = self._bounds = np.full(model.neq, np.inf)
+            for constraint in self._by_id.values():
+                bounds[constraint.element.id] = constraint.max_force
+        if data.ne:
+            bound_rows(model, data, bounds[data.efc_id[: data.ne]])

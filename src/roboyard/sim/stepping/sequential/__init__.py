@@ -1,0 +1,1 @@
+"""Robots with motors, constraints and contacts solved row by row."""
