@@ -319,13 +319,18 @@ class Engine(EngineHooks[BodyT]):
         """Note that positions or velocities were written: recompute derived quantities when they are read."""
         self.is_moved = self._velocity_moved = True
 
+    @property
+    def is_sleeping(self) -> bool:
+        """Whether bodies at rest sleep."""
+        return bool(self._model.opt.enableflags & _SLEEPS)
+
     def mark_fixed_moved(self) -> None:
         """Note that the pose of a fixed body was written. A world with sleeping takes fixed bodies, and what
         hangs on them, for unmoved, so their positions are computed here with sleeping off.
         """
         self.mark_moved()
         option = self._model.opt
-        if option.enableflags & _SLEEPS:
+        if self.is_sleeping:
             option.enableflags &= ~_SLEEPS
             try:
                 mujoco.mj_kinematics(self._model, self._data)

@@ -62,7 +62,7 @@ def replace_bases() -> None:
     """Replace resetBasePositionAndOrientation and resetBaseVelocity."""
     from roboyard.pybullet.fast.base_entries import POSE, SPEED
 
-    words = "is_moved", "_velocity_moved", "frames_are_old", "fixed_poses"
+    words = "is_moved", "_velocity_moved", "frames_are_old", "fixed_poses", "placed"
     _replace("resetBasePositionAndOrientation", POSE, "bases", words)
     _replace("resetBaseVelocity", SPEED, "bases", words)
 

@@ -411,7 +411,7 @@ class Surfaces:
             damping[rows] = list(self._damping.values())
         for (body_id, index), value in self._restitution.items():
             for geom in bodies[body_id].built.links[index].geoms:
-                restitution[geom.id] = value
+                restitution[geom.id] = value.item()
         self._no_margins, self._no_reaches = (
             np.zeros(model.ngeom),
             np.full(model.ngeom, self._world.profile.contact_reach),
