@@ -32,6 +32,28 @@ def found(table, key):
     return value
 """
 """The value of a key in a dictionary, which keeps it; 0 without."""
+WHOLE_ITEM = """
+def whole_item(given, place):
+    found = PySequence_GetItem(given, place)
+    if found == 0:
+        PyErr_Clear()
+        return -1
+    value = PyLong_AsLongLong(found)
+    Py_DecRef(found)
+    if value == -1 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+    return value
+"""
+"""An integer in a sequence, -1 where there is none."""
+TRIPLE = """
+def triple(x, y, z):
+    made = PyTuple_New(3)
+    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
+    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
+    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
+    return made
+"""
+"""A new tuple of three numbers."""
 ATTRIBUTE = """
 def attribute(owner, name):
     value = PyObject_GenericGetAttr(owner, name)

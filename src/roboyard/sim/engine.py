@@ -109,7 +109,7 @@ class Engine(EngineHooks[BodyT]):
         self.late_masses: dict[Any, Array] = {}
         """Links to (4,) masses (kg) and principal moments (kg m²) that the spec does not have yet."""
         self.late_frictions: dict[Any, Array] = {}
-        """Links to (1,) sliding friction that the spec does not have yet."""
+        """Links to (3,) friction coefficients, as `Link.keep_friction` takes them, that the spec does not have yet."""
         self.kept_rays: dict[bool, Any] = {}
         """MuJoCo's arrays for rays, by whether they meet visual shapes; dropped when the arrays change."""
         self.kept_poses: tuple[Any, Any, Any, Any, Any] | None = None
@@ -283,7 +283,7 @@ class Engine(EngineHooks[BodyT]):
             link.keep_mass(numbers)
         self.late_masses.clear()
         for link, numbers in self.late_frictions.items():
-            link.keep_friction(float(numbers[0]))
+            link.keep_friction(numbers)
         self.late_frictions.clear()
 
     def drop_prepared(self) -> None:
@@ -319,13 +319,18 @@ class Engine(EngineHooks[BodyT]):
         """Note that positions or velocities were written: recompute derived quantities when they are read."""
         self.is_moved = self._velocity_moved = True
 
+    @property
+    def is_sleeping(self) -> bool:
+        """Whether bodies at rest sleep."""
+        return bool(self._model.opt.enableflags & _SLEEPS)
+
     def mark_fixed_moved(self) -> None:
         """Note that the pose of a fixed body was written. A world with sleeping takes fixed bodies, and what
         hangs on them, for unmoved, so their positions are computed here with sleeping off.
         """
         self.mark_moved()
         option = self._model.opt
-        if option.enableflags & _SLEEPS:
+        if self.is_sleeping:
             option.enableflags &= ~_SLEEPS
             try:
                 mujoco.mj_kinematics(self._model, self._data)

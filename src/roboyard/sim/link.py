@@ -147,11 +147,11 @@ class Link:
         built.mass = replace(built.mass, mass=float(numbers[0]), principal=numbers[1:].copy())
         write_mass(built.element, built.mass)
 
-    def keep_friction(self, sliding: float) -> None:
-        """Write the coefficient of sliding friction into the spec."""
+    def keep_friction(self, numbers: Array) -> None:
+        """Write the (3,) coefficients of sliding, spinning and rolling friction into the spec."""
         self.body.world.note_edit()
         for geom in self._built.geoms:
-            geom.friction[0] = sliding
+            geom.friction = numbers
 
     # --------------------------------------------------------------------------------------------- contact
 

@@ -137,7 +137,12 @@ def resetBasePositionAndOrientation(
     q = quaternion(ornObj, "orientation needs a 4 coordinates, quaternion [x,y,z,w].")
     scene = client.scene
     record = scene.bodies.get(whole(bodyUniqueId))
-    if record is None or (record.placed is not None and record.placed == (p, q) and record.body.is_fixed):
+    if record is None:
+        return
+    is_prepared = is_machine_code("resetBasePositionAndOrientation")
+    if record.placed is not None and record.placed == (p, q) and record.body.is_fixed:
+        if is_prepared:
+            _prepare(scene, record)
         return
     x, y, z, w = q
     length = sqrt(x * x + y * y + z * z + w * w)
@@ -173,6 +178,8 @@ def resetBasePositionAndOrientation(
     ):
         record.body.set_pose(p, q)
         record.placed = wanted
+        if is_prepared and speed is None:
+            _prepare(scene, record)
         if speed is not None and record.revision != world.revision:
             speed[:] = 0.0  # of a new body alone
     else:
@@ -181,7 +188,7 @@ def resetBasePositionAndOrientation(
         _PACK_POSE(positions, record.base_bytes, x, y, z, w, i, j, k)
         _PACK_SPEED(speeds, record.base_speed_bytes, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         world.mark_moved()
-        if is_machine_code("resetBasePositionAndOrientation"):
+        if is_prepared:
             _prepare(scene, record)
     record.fixed_poses = None
     scene.frames_are_old = True
@@ -268,23 +275,28 @@ def resetBaseVelocity(
 
 
 def _prepare(scene: PhysicsScene, record: BodyRecord) -> None:
-    """Let machine code put and move a floating base."""
+    """Let machine code put and move a base."""
     world, body = scene.world, record.body
     known = world.prepared.get("bases")
     if (
         known is None
         or record.number in known
         or record.soft is not None
-        or body.free_qpos < 0
         or world.is_stale
         or record.revision != world.revision
     ):
         return
+    if record.free is not None and record.free_velocity is not None:
+        kept = np.zeros(7)
+        arrays = record.free[:3], record.free[3:], kept[:3], kept[3:], record.free_velocity
+    elif body.is_fixed and not body.built.is_ground and not world.is_sleeping:
+        element, model, row = body.built.links[0].element, world.live_model, body.mujoco_ids[0]
+        arrays = model.body_pos[row], model.body_quat[row], element.pos, element.quat, np.zeros(0)
+    else:
+        return
     frame = record.base_frame
-    known[record.number] = (
-        *(scene, world, record, record.qpos, record.qvel, np.array([body.free_qpos, body.free_dof])),
-        *(np.array([*frame.position, *frame.quaternion], dtype=float),),
-    )
+    numbers = np.array([*frame.position, *frame.quaternion], dtype=float)
+    known[record.number] = scene, world, record, *arrays, numbers
 
 
 def _orientation(record: BodyRecord) -> tuple[float, float, float, float]:

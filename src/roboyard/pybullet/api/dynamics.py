@@ -7,22 +7,26 @@ from functools import partial
 from math import nan
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from roboyard.description.mass_properties import MIN_INERTIA, link_masses, trace_mass
+from roboyard.description.mass_properties import link_masses, trace_mass
 from roboyard.description.model import Inertial
-from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, LEAST_MOMENT, never_turns, world_moments
+from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, never_turns, world_moments
 from roboyard.pybullet.bullet_rules.shape_inertia import shape_moments
 from roboyard.pybullet.face.arguments import check_finite, number, vector3_or, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.fast.fast_commands import (
-    forget_write,
-    is_changed_again,
-    prepare_write,
-    replace_properties,
+from roboyard.pybullet.fast.dynamics_writes import (
+    COMMAND,
+    KIND,
+    forget_body,
+    prepare_compliance,
+    prepare_damping,
+    prepare_equal,
+    prepare_friction,
+    prepare_mass,
+    prepare_restitution,
 )
+from roboyard.pybullet.fast.fast_commands import PAIR, SIGNED_PAIR, replace_properties
 from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
 from roboyard.sim.build.masses import LEAST_SHARE
 
@@ -32,8 +36,11 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
-_KIND = "dynamics"
-"""Of what is prepared for machine code."""
+_IGNORED = (
+    *("ccdSweptSphereRadius", "contactProcessingThreshold", "activationState", "jointLimitForce"),
+    "sleepThreshold",
+)
+"""Arguments that change nothing here."""
 
 
 @command()
@@ -108,17 +115,18 @@ def changeDynamics(
     Raises:
         error: only one of contactStiffness and contactDamping is given, or a number is not finite.
     """
+    moments = () if localInertiaDiagonal is None else localInertiaDiagonal
     try:
         total = sum(
             (
-                mass, lateralFriction, spinningFriction, rollingFriction, restitution, linearDamping,
+                *moments, mass, lateralFriction, spinningFriction, rollingFriction, restitution, linearDamping,
                 angularDamping, jointDamping, contactStiffness, contactDamping, jointLowerLimit,
                 jointUpperLimit,
             )
         )  # fmt: skip
     except TypeError:
         total = nan
-    if localInertiaDiagonal is not None or type(total) is not float or total - total != 0.0:
+    if type(total) is not float or total - total != 0.0:
         check_finite(
             "changeDynamics failed.",
             mass=number(mass),
@@ -127,7 +135,7 @@ def changeDynamics(
             damping=(number(linearDamping), number(angularDamping), number(jointDamping)),
             contactStiffness=number(contactStiffness),
             contactDamping=number(contactDamping),
-            localInertiaDiagonal=() if localInertiaDiagonal is None else localInertiaDiagonal,
+            localInertiaDiagonal=moments,
             limits=(number(jointLowerLimit), number(jointUpperLimit)),
         )
     # All of these are numbers from here on
@@ -155,32 +163,28 @@ def changeDynamics(
     if lateralFriction >= 0 or spinningFriction >= 0 or rollingFriction >= 0:
         _set_friction(record, linkIndex, state, lateralFriction, spinningFriction, rollingFriction)
     if restitution >= 0:
-        state.restitution = restitution
-        record.body.links[linkIndex + 1].restitution = min(restitution, 1.0)
+        _set_restitution(record, linkIndex, state, restitution)
     if linearDamping >= 0 or angularDamping >= 0:
         linear = linearDamping if linearDamping >= 0 else record.linear_damping
         angular = angularDamping if angularDamping >= 0 else record.angular_damping
         if (linear, angular) != (record.linear_damping, record.angular_damping):
-            scene.set_damping(record, linear, angular)
+            scene.set_damping(record, float(linear), float(angular))
     if contactStiffness >= 0:
-        state.contact_stiffness, state.contact_damping = contactStiffness, contactDamping
-        link = record.body.links[linkIndex + 1]
-        scene.world.surfaces.set_compliance(link, contactStiffness, contactDamping)
+        _set_compliance(record, linkIndex, state, contactStiffness, contactDamping)
     if frictionAnchor != -1 and number(frictionAnchor) >= 0:
-        state.is_anchored = bool(frictionAnchor)
-        scene.world.surfaces.set_anchor(record.body.links[linkIndex + 1], is_anchored=bool(frictionAnchor))
+        _set_anchor(record, linkIndex, state, bool(frictionAnchor))
     if collisionMargin != -1.0 and number(collisionMargin) >= 0:
         state.collision_margin, state.is_solid = collisionMargin, False
         record.link_boxes = scene.link_boxes = None
         scene.shape_rows.gather_again()
         scene.world.prepared.get("box", {}).pop(record.number, None)
-        scene.world.prepared.get(_KIND, {}).pop(record.number, None)
+        forget_body(record)
     if linkIndex >= 0:
         joint = record.body.joints[linkIndex]
         if jointDamping >= 0:
-            joint.damping = jointDamping
+            _set_joint_damping(record, linkIndex, state, jointDamping)
         if jointLowerLimit <= jointUpperLimit and joint.is_scalar:
-            joint.set_limits(jointLowerLimit, jointUpperLimit)
+            _set_limits(record, linkIndex, state, jointLowerLimit, jointUpperLimit)
         if maxJointVelocity != -1.0 and number(maxJointVelocity) >= 0:
             scene.world.stepping.set_velocity_limit(record.body.id, linkIndex, maxJointVelocity)
 
@@ -222,51 +226,9 @@ def _set_mass(
     record.body.links[link + 1].set_inertial(inertial)
     if turned == never_turns(state.moments) and len(record.links) == 1:
         scene.set_damping(record, record.linear_damping, record.angular_damping)
-    _prepare_mass(scene, record, link)
-
-
-def _prepare_mass(scene: PhysicsScene, record: BodyRecord, link: int) -> None:
-    """Let machine code change the mass of a link whose moments are those of its shapes; they grow with it."""
-    world, state, places = scene.world, record.links[link + 1], (record.number, link)
-    if not is_changed_again("changeDynamics", "mass", world.prepared, _KIND, places):
-        return
-    forget_write("changeDynamics", "mass", world.prepared, _KIND, places)
-    handle = record.body.links[link + 1]
-    mass, moments, present = state.mass, state.moments, handle._built.mass
-    if not state.is_solid or mass <= 0.0 or (link < 0 and record.model.fixed_base):
-        return
-    least = 2.0 * max(MIN_INERTIA, LEAST_MOMENT) * mass / max(min(moments), 1e-300)
-    if (
-        not mass > least
-        or present is None
-        or present.mass != mass
-        or present.principal.tolist() != [*moments]
-    ):
-        return  # the World has other numbers
-    from roboyard.pybullet.fast.property_entries import Write
-
-    factors, numbers = np.zeros((4, 4)), np.zeros(4)
-    factors[:, 0] = 1.0, *(moment / mass for moment in moments)
-    targets: tuple[Any, ...] = (numbers,)
-    if not world.is_stale:
-        model, row = world.live_model, record.body.mujoco_ids[link + 1]
-        targets = numbers, model.body_mass[row : row + 1], model.body_inertia[row]
-    write = Write(
-        owner=state,
-        name="mass",
-        factors=factors,
-        targets=targets,
-        places=(np.arange(4), np.array([0]), np.array([1, 2, 3])),
-        least=least,
-        other=state,
-        other_name="moments",
-        marked=world,
-        marks=() if world.is_stale else ("_inertia_changed", "is_moved", "_velocity_moved"),
-        late=world.late_masses,
-        key=handle,
-        worth=numbers,
-    )
-    prepare_write("changeDynamics", "mass", world.prepared, _KIND, places, write)
+    if was_massless or state.mass == 0.0 or turned != never_turns(state.moments):
+        forget_body(record)
+    prepare_mass(record, link)
 
 
 def _set_friction(
@@ -274,35 +236,70 @@ def _set_friction(
 ) -> None:
     old = state.friction, state.spinning_friction, state.rolling_friction
     if lateral >= 0:
-        state.friction = lateral
+        state.friction = float(lateral)
     if spinning >= 0:
-        state.spinning_friction = spinning
+        state.spinning_friction = float(spinning)
     if rolling >= 0:
-        state.rolling_friction = rolling
+        state.rolling_friction = float(rolling)
     if (state.friction, state.spinning_friction, state.rolling_friction) == old:
         return
     handle = record.body.links[link + 1]
     handle.set_friction(
         sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
     )
-    world, argument, places = handle.body.world, "lateralFriction", (record.number, link)
-    if not is_changed_again("changeDynamics", argument, world.prepared, _KIND, places):
-        return
-    from roboyard.pybullet.fast.property_entries import Write
+    for argument, value in (
+        ("lateralFriction", lateral),
+        ("spinningFriction", spinning),
+        ("rollingFriction", rolling),
+    ):
+        if value >= 0:
+            prepare_friction(record, link, argument)
 
-    factors, numbers = np.array([[1.0, 0.0, 0.0, 0.0]]), np.zeros(1)
-    rows = [] if world.is_stale else handle.geom_ids
-    write = Write(
-        owner=state,
-        name="friction",
-        factors=factors,
-        targets=(numbers, *(world.live_model.geom_friction[row, :1] for row in rows)),
-        places=(np.array([0]),) * (len(rows) + 1),
-        late=world.late_frictions,
-        key=handle,
-        worth=numbers,
-    )
-    prepare_write("changeDynamics", argument, world.prepared, _KIND, places, write)
+
+def _set_restitution(record: BodyRecord, link: int, state: LinkState, value: float) -> None:
+    if value == state.restitution:
+        prepare_equal(record, link, "restitution", state, "restitution")
+        return
+    state.restitution = float(value)
+    record.body.links[link + 1].restitution = min(state.restitution, 1.0)
+    prepare_restitution(record, link)
+
+
+def _set_compliance(
+    record: BodyRecord, link: int, state: LinkState, stiffness: float, damping: float
+) -> None:
+    if (stiffness, damping) == (state.contact_stiffness, state.contact_damping):
+        names = "contact_stiffness", "contact_damping"
+        prepare_equal(record, link, "contactStiffness", state, *names)
+        return
+    state.contact_stiffness, state.contact_damping = float(stiffness), float(damping)
+    handle = record.body.links[link + 1]
+    handle.body.world.surfaces.set_compliance(handle, state.contact_stiffness, state.contact_damping)
+    prepare_compliance(record, link)
+
+
+def _set_anchor(record: BodyRecord, link: int, state: LinkState, is_anchored: bool) -> None:
+    if state.is_anchored == is_anchored:
+        return
+    state.is_anchored = is_anchored
+    handle = record.body.links[link + 1]
+    handle.body.world.surfaces.set_anchor(handle, is_anchored=is_anchored)
+
+
+def _set_joint_damping(record: BodyRecord, joint: int, state: LinkState, damping: float) -> None:
+    if damping == state.joint_damping:
+        prepare_equal(record, joint, "jointDamping", state, "joint_damping")
+        return
+    record.body.joints[joint].damping = damping
+    state.joint_damping = float(damping)
+
+
+def _set_limits(record: BodyRecord, joint: int, state: LinkState, lower: float, upper: float) -> None:
+    if (lower, upper) == (state.lower_limit, state.upper_limit):
+        prepare_equal(record, joint, "jointLowerLimit", state, "lower_limit", "upper_limit")
+        return
+    record.body.joints[joint].set_limits(lower, upper)
+    state.lower_limit, state.upper_limit = float(lower), float(upper)
 
 
 def _hard_body(client: Client, body: int, link: int) -> BodyRecord | None:
@@ -319,8 +316,8 @@ def _change_mass(client: Client, body: int, link: int, mass: float) -> None:
         return
     state = record.links[link + 1]
     if mass != 0.0 and mass == state.mass and state.is_solid and not (link < 0 and record.model.fixed_base):
-        return
-    if record.soft is None:
+        prepare_equal(record, link, "mass", state, "mass")
+    elif record.soft is None:
         _set_mass(client.scene, record, link, mass, None)
     else:
         changeDynamics(client, body, link, mass=mass)
@@ -331,42 +328,90 @@ def _change_friction(client: Client, body: int, link: int, lateral: float) -> No
     if record is None or not -1 <= link < record.joint_count:
         return
     state = record.links[link + 1]
-    if state.friction == lateral:
-        return
-    if record.soft is None:
-        _set_friction(record, link, state, lateral, -1.0, -1.0)
-    else:
+    if record.soft is not None:
         changeDynamics(client, body, link, lateralFriction=lateral)
+    elif state.friction == lateral:
+        prepare_equal(record, link, "lateralFriction", state, "friction")
+    else:
+        _set_friction(record, link, state, lateral, -1.0, -1.0)
 
 
 def _change_spinning_friction(client: Client, body: int, link: int, spinning: float) -> None:
     record = _hard_body(client, body, link)
     if record is not None:
-        _set_friction(record, link, record.links[link + 1], -1.0, spinning, -1.0)
+        state = record.links[link + 1]
+        if state.spinning_friction == spinning:
+            prepare_equal(record, link, "spinningFriction", state, "spinning_friction")
+        else:
+            _set_friction(record, link, state, -1.0, spinning, -1.0)
 
 
 def _change_rolling_friction(client: Client, body: int, link: int, rolling: float) -> None:
     record = _hard_body(client, body, link)
     if record is not None:
-        _set_friction(record, link, record.links[link + 1], -1.0, -1.0, rolling)
+        state = record.links[link + 1]
+        if state.rolling_friction == rolling:
+            prepare_equal(record, link, "rollingFriction", state, "rolling_friction")
+        else:
+            _set_friction(record, link, state, -1.0, -1.0, rolling)
+
+
+def _change_restitution(client: Client, body: int, link: int, value: float) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None:
+        _set_restitution(record, link, record.links[link + 1], value)
 
 
 def _change_linear_damping(client: Client, body: int, link: int, damping: float) -> None:
     record = _hard_body(client, body, link)
-    if record is not None and record.linear_damping != damping:
-        client.scene.set_damping(record, damping, record.angular_damping)
+    if record is None:
+        return
+    if record.linear_damping == damping:
+        prepare_equal(record, link, "linearDamping", record, "linear_damping")
+    else:
+        client.scene.set_damping(record, float(damping), record.angular_damping)
+        prepare_damping(record, link, "linearDamping")
 
 
 def _change_angular_damping(client: Client, body: int, link: int, damping: float) -> None:
     record = _hard_body(client, body, link)
-    if record is not None and record.angular_damping != damping:
-        client.scene.set_damping(record, record.linear_damping, damping)
+    if record is None:
+        return
+    if record.angular_damping == damping:
+        prepare_equal(record, link, "angularDamping", record, "angular_damping")
+    else:
+        client.scene.set_damping(record, record.linear_damping, float(damping))
+        prepare_damping(record, link, "angularDamping")
+
+
+def _change_compliance(client: Client, body: int, link: int, values: tuple[float, float]) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None:
+        _set_compliance(record, link, record.links[link + 1], *values)
+
+
+def _change_anchor(client: Client, body: int, link: int, value: float) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None:
+        _set_anchor(record, link, record.links[link + 1], bool(value))
 
 
 def _change_joint_damping(client: Client, body: int, link: int, damping: float) -> None:
     record = _hard_body(client, body, link)
     if record is not None and link >= 0:
-        record.body.joints[link].damping = damping
+        _set_joint_damping(record, link, record.links[link + 1], damping)
+
+
+def _change_limits(client: Client, body: int, link: int, limits: tuple[float, float]) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None and link >= 0 and limits[0] <= limits[1] and record.body.joints[link].is_scalar:
+        _set_limits(record, link, record.links[link + 1], *limits)
+
+
+def _change_velocity_limit(client: Client, body: int, link: int, largest: float) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None and link >= 0:
+        client.scene.world.stepping.set_velocity_limit(record.body.id, link, largest)
 
 
 CHANGES: Mapping[str, Any] = {
@@ -374,9 +419,23 @@ CHANGES: Mapping[str, Any] = {
     "lateralFriction": _change_friction,
     "spinningFriction": _change_spinning_friction,
     "rollingFriction": _change_rolling_friction,
+    "restitution": _change_restitution,
     "linearDamping": _change_linear_damping,
     "angularDamping": _change_angular_damping,
+    "contactStiffness": _change_compliance,
+    "frictionAnchor": _change_anchor,
     "jointDamping": _change_joint_damping,
+    "maxJointVelocity": _change_velocity_limit,
+    "jointLowerLimit": _change_limits,
 }
 """Arguments of changeDynamics that change one property, to what does so where only such ones are given."""
-START.later(partial(replace_properties, "changeDynamics", CHANGES, kind=_KIND))
+START.later(
+    partial(
+        replace_properties,
+        COMMAND,
+        CHANGES,
+        lengths={"contactStiffness": PAIR, "jointLowerLimit": SIGNED_PAIR},
+        kind=KIND,
+        ignored=_IGNORED,
+    )
+)

@@ -1,4 +1,4 @@
-"""Pose and velocity of a floating base as machine code; see `fast_entries`."""
+"""Pose and velocity of a base as machine code; see `fast_entries`. A fixed one has no velocity."""
 
 from __future__ import annotations
 
@@ -14,11 +14,15 @@ def _rotated(x, y, z, w, v):  # pragma: no cover
     return v[0] + w * a + y * c - z * b, v[1] + w * b + z * a - x * c, v[2] + w * c + x * b - y * a
 
 
-def write_base_pose(qpos, qvel, places, frame, x, y, z, i, j, k, w):  # pragma: no cover
+def write_base_pose(  # pragma: no cover
+    place, turn, kept_place, kept_turn, speed, frame, x, y, z, i, j, k, w
+):
     """Put a base where its inertial frame has a pose, at rest; return 0 where there is none.
 
-    places: (2,) first numbers of the free joint in qpos and qvel. frame: (7,) inertial frame in the link
-    frame (m, then x, y, z, w). x, y, z: position (m). i, j, k, w: quaternion of any length.
+    Returns 2 for a fixed base that is there already. place, turn: (3,) and (4,) w, x, y, z of the link frame.
+    kept_place, kept_turn: (3,) and (4,) the same of a fixed base in the spec. speed: (6,) velocity, (0,) for
+    a fixed base. frame: (7,) inertial frame in the link frame (m, then x, y, z, w). x, y, z: position (m).
+    i, j, k, w: quaternion of any length.
     """
     length = sqrt(i * i + j * j + k * k + w * w)
     total = x + y + z + length
@@ -36,48 +40,54 @@ def write_base_pose(qpos, qvel, places, frame, x, y, z, i, j, k, w):  # pragma: 
         )
         a, b, c = _rotated(i, j, k, w, (fx, fy, fz))
         x, y, z = x - a, y - b, z - c
-    first, dof = places[0], places[1]
-    qpos[first], qpos[first + 1], qpos[first + 2], qpos[first + 3] = x, y, z, w
-    qpos[first + 4], qpos[first + 5], qpos[first + 6] = i, j, k
-    for n in range(6):
-        qvel[dof + n] = 0.0
+    if len(speed) == 0:
+        if place[0] == x and place[1] == y and place[2] == z:
+            if turn[0] == w and turn[1] == i and turn[2] == j and turn[3] == k:
+                return 2
+        kept_place[0], kept_place[1], kept_place[2] = x, y, z
+        kept_turn[0], kept_turn[1], kept_turn[2], kept_turn[3] = w, i, j, k
+    place[0], place[1], place[2] = x, y, z
+    turn[0], turn[1], turn[2], turn[3] = w, i, j, k
+    for n in range(len(speed)):
+        speed[n] = 0.0
     return 1
 
 
 def write_base_velocity(  # pragma: no cover
-    qpos, qvel, places, frame, is_pushed, is_turned, vx, vy, vz, wx, wy, wz
+    turn, speed, frame, is_pushed, is_turned, vx, vy, vz, wx, wy, wz
 ):
     """Give a base a velocity of its centre of mass (m/s) and an angular one (rad/s); return 0 for none.
 
-    qpos, ..., frame: see `write_base_pose`. is_pushed, is_turned: 1 for what is given; the other stays.
+    turn, speed, frame: see `write_base_pose`. is_pushed, is_turned: 1 for what is given; the other stays.
     """
-    first, dof = places[0], places[1]
-    w, x, y, z = qpos[first + 3], qpos[first + 4], qpos[first + 5], qpos[first + 6]
+    if len(speed) == 0:
+        return 0
+    w, x, y, z = turn[0], turn[1], turn[2], turn[3]
     ax, ay, az = _rotated(x, y, z, w, (frame[0], frame[1], frame[2]))
     if is_turned == 0:
-        wx, wy, wz = _rotated(x, y, z, w, (qvel[dof + 3], qvel[dof + 4], qvel[dof + 5]))
+        wx, wy, wz = _rotated(x, y, z, w, (speed[3], speed[4], speed[5]))
     if is_pushed == 0:
         ox, oy, oz = wx, wy, wz
         if is_turned == 1:
-            ox, oy, oz = _rotated(x, y, z, w, (qvel[dof + 3], qvel[dof + 4], qvel[dof + 5]))
+            ox, oy, oz = _rotated(x, y, z, w, (speed[3], speed[4], speed[5]))
         vx, vy, vz = (
-            qvel[dof] + oy * az - oz * ay,
-            qvel[dof + 1] + oz * ax - ox * az,
-            (qvel[dof + 2] + ox * ay - oy * ax),
+            speed[0] + oy * az - oz * ay,
+            speed[1] + oz * ax - ox * az,
+            speed[2] + ox * ay - oy * ax,
         )
     total = vx + vy + vz + wx + wy + wz
     if total - total != 0.0:
         return 0
-    qvel[dof] = vx - (wy * az - wz * ay)
-    qvel[dof + 1] = vy - (wz * ax - wx * az)
-    qvel[dof + 2] = vz - (wx * ay - wy * ax)
-    qvel[dof + 3], qvel[dof + 4], qvel[dof + 5] = _rotated(-x, -y, -z, w, (wx, wy, wz))
+    speed[0] = vx - (wy * az - wz * ay)
+    speed[1] = vy - (wz * ax - wx * az)
+    speed[2] = vz - (wx * ay - wy * ax)
+    speed[3], speed[4], speed[5] = _rotated(-x, -y, -z, w, (wx, wy, wz))
     return 1
 
 
 _MARKS = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, FASTER, OLD, KNOWN_POSES = range(3, 12)
-SCENE, WORLD, RECORD, QPOS, QVEL, PLACES, FRAME = range(3, 10)
+COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, FASTER, OLD, KNOWN_POSES, KNOWN_PLACE = range(3, 13)
+SCENE, WORLD, RECORD, PLACE, TURN, KEPT_PLACE, KEPT_TURN, SPEED, FRAME = range(3, 12)
 
 @part
 def mark(state, body):
@@ -86,6 +96,7 @@ def mark(state, body):
     PyObject_SetAttr(word(body, WORLD), word(state, FASTER), true)
     PyObject_SetAttr(word(body, SCENE), word(state, OLD), true)
     PyObject_SetAttr(word(body, RECORD), word(state, KNOWN_POSES), word(state, NONE))
+    PyObject_SetAttr(word(body, RECORD), word(state, KNOWN_PLACE), word(state, NONE))
 """
 _POSE = f"""{_MARKS}
 @part
@@ -93,14 +104,15 @@ def is_put(state, body, given):
     if not has_length(given[2], 3) or not has_length(given[3], 4):
         return False
     position, turn = given[2], given[3]
-    if _loop(
-        numbers(word(body, QPOS)), numbers(word(body, QVEL)), integers(word(body, PLACES)),
-        numbers(word(body, FRAME)), item(position, 0), item(position, 1), item(position, 2),
+    done = _loop(
+        numbers(word(body, PLACE)), numbers(word(body, TURN)), numbers(word(body, KEPT_PLACE)),
+        numbers(word(body, KEPT_TURN)), numbers(word(body, SPEED)), numbers(word(body, FRAME)),
+        item(position, 0), item(position, 1), item(position, 2),
         item(turn, 0), item(turn, 1), item(turn, 2), item(turn, 3),
-    ) == 0:
-        return False
-    mark(state, body)
-    return True
+    )
+    if done == 1:
+        mark(state, body)
+    return done != 0
 
 def entry(state, given, count, keywords):
     body = prepared(state, given[0], given[1]) if keywords == 0 and count == 4 else 0
@@ -129,8 +141,8 @@ def is_set(state, body, linear, angular):
     if turned == 1:
         wx, wy, wz = item(angular, 0), item(angular, 1), item(angular, 2)
     if _loop(
-        numbers(word(body, QPOS)), numbers(word(body, QVEL)), integers(word(body, PLACES)),
-        numbers(word(body, FRAME)), pushed, turned, vx, vy, vz, wx, wy, wz,
+        numbers(word(body, TURN)), numbers(word(body, SPEED)), numbers(word(body, FRAME)), pushed, turned,
+        vx, vy, vz, wx, wy, wz,
     ) == 0:
         return False
     mark(state, body)

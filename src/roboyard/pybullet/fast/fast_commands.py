@@ -16,6 +16,8 @@ from roboyard.pybullet.face.direct_calls import MOST, PREPARED, START
 
 FEW = 100
 """After so many calls of a command its stored machine code is loaded, which takes as long as they do."""
+PAIR, SIGNED_PAIR = -2, -3
+"""Lengths of an argument that belongs together with the next one: both of at least 0, or any."""
 _log = LazyLogger("roboyard")
 
 
@@ -60,7 +62,7 @@ def replace_bases() -> None:
     """Replace resetBasePositionAndOrientation and resetBaseVelocity."""
     from roboyard.pybullet.fast.base_entries import POSE, SPEED
 
-    words = "is_moved", "_velocity_moved", "frames_are_old", "fixed_poses"
+    words = "is_moved", "_velocity_moved", "frames_are_old", "fixed_poses", "placed"
     _replace("resetBasePositionAndOrientation", POSE, "bases", words)
     _replace("resetBaseVelocity", SPEED, "bases", words)
 
@@ -115,24 +117,26 @@ def replace_properties(
     records: str | None = None,
     present: Mapping[str, str] | None = None,
     kind: str | None = None,
+    ignored: tuple[str, ...] = (),
 ) -> None:
     """Replace a command with many optional arguments.
 
     Args:
         name: of the command, whose other arguments are the client and integers.
         changes: optional argument to a function of those and of its number, or numbers.
-        lengths: arguments that are several numbers, and how many.
+        lengths: arguments that are several numbers, and how many, or PAIR or SIGNED_PAIR.
         records: attribute of the scene with records by the first integer, if any.
         present: arguments to the record's attribute that is equal where they change nothing.
         kind: of what functions prepare by `prepare_write`.
+        ignored: arguments that change nothing.
     """
-    from roboyard.pybullet.fast.property_entries import PROPERTIES, Properties
+    from roboyard.pybullet.fast.property_entries import IGNORED, PROPERTIES, Properties
 
     function = COMMANDS[name].function
     code, defaults = function.__code__, function.__defaults__ or ()
     first = code.co_argcount - len(defaults)
     names = code.co_varnames[first : code.co_argcount]
-    by_place = tuple(changes.get(argument) for argument in names)
+    by_place = tuple(IGNORED if argument in ignored else changes.get(argument) for argument in names)
     sizes = tuple((lengths or {}).get(argument, 0) for argument in names)
     attributes = tuple((present or {}).get(argument) for argument in names)
     prepared = None if kind is None else PREPARED[kind]

@@ -7,7 +7,7 @@ is irregular (a keyword, another length, text, a number that is not finite) goes
 
 from __future__ import annotations
 
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, WHOLE_ITEM, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.bullet_rules.motor_kernels import write_motor
@@ -16,7 +16,7 @@ from roboyard.pybullet.state.state_kernels import link_box_of, push_link_of
 
 PARTS = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
-{parts(ATTRIBUTE, FOUND, ITEM, HAS_LENGTH)}
+{parts(ATTRIBUTE, FOUND, ITEM, WHOLE_ITEM, HAS_LENGTH)}
 @part
 def prepared(state, client, body):
     bodies = found(word(state, ITEMS + 1), client)
@@ -182,15 +182,7 @@ def read_one(given, count, state, defaults, table, joints):
 @part
 def read(given, count, state, body, length, defaults, table, joints, is_nested):
     for k in range(length):
-        joint = PySequence_GetItem(given[2], k)
-        if joint == 0:
-            PyErr_Clear()
-            return False
-        index = PyLong_AsLongLong(joint)
-        Py_DecRef(joint)
-        if index == -1 and PyErr_Occurred() != 0:
-            PyErr_Clear()
-            return False
+        index = whole_item(given[2], k)
         if index < 0 or index >= joints:
             return False
         table[k, JOINT] = index
@@ -258,14 +250,7 @@ def command(state, body, given, count):
 def read_torques(given, length, room, joints):
     total = 0.0
     for k in range(length):
-        joint = PySequence_GetItem(given[2], k)
-        if joint == 0:
-            PyErr_Clear()
-            return False
-        index = PyLong_AsLongLong(joint)
-        Py_DecRef(joint)
-        if index == -1 and PyErr_Occurred() != 0:
-            PyErr_Clear()
+        index = whole_item(given[2], k)
         if index < 0 or index >= joints:
             return False
         room[k, 0], room[k, 1] = index, item(given[6], k)

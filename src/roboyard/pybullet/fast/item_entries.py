@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAIN, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAIN, TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.state.debug_items import WHITE
@@ -48,7 +48,7 @@ _ITEM = f"""{_PARTS}
 COMMAND, LIFE_TIME, PARENT, WHITE, WIDTH, LISTED, OWNER, TABLE, IDS, NEXT, REVISION = range(3, 14)
 NONE, TEXT = range(14, 16)
 NUMBER, WHOLE = WIDTH, PARENT
-{parts(PLAIN, ITEM, HAS_LENGTH)}
+{parts(PLAIN, ITEM, HAS_LENGTH, TRIPLE)}
 @part
 def triple_of_sequence(values):
     if not has_length(values, 3):
@@ -57,11 +57,7 @@ def triple_of_sequence(values):
     total = x + y + z
     if total - total != 0.0:
         return 0
-    made = PyTuple_New(3)
-    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
-    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
-    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
-    return made
+    return triple(x, y, z)
 
 @part
 def has_parent(state, given, count, at):
@@ -92,7 +88,7 @@ def set_parent(state, made, place, given, count, at):
     PyTuple_SetItem(made, place, parent)
 
 @part
-def triple(state, values):
+def triple_of(state, values):
     is_tuple = word(values, KIND) == word(word(state, WHITE), KIND)
     if not is_tuple and word(values, KIND) != word(word(state, LISTED), KIND):
         return triple_of_sequence(values)
@@ -134,12 +130,12 @@ def store(state, items, made, replaced):
 _LINE = f"""{_ITEM}
 @part
 def line(state, given, count):
-    start = triple(state, given[1])
-    end = triple(state, given[2]) if start != 0 else 0
+    start = triple_of(state, given[1])
+    end = triple_of(state, given[2]) if start != 0 else 0
     color, width = 0, np.nan
     if end != 0:
         if count > 3 and given[3] != word(state, WHITE):
-            color = triple(state, given[3])
+            color = triple_of(state, given[3])
         else:
             color = word(state, WHITE)
             Py_IncRef(color)
@@ -191,8 +187,8 @@ def text(state, given, count):
     size = plain(state, given[4]) if count > 4 else 1.0
     if size - size != 0.0:
         return 0
-    position = triple(state, given[2])
-    color = triple(state, given[3] if count > 3 else word(state, WHITE)) if position != 0 else 0
+    position = triple_of(state, given[2])
+    color = triple_of(state, given[3] if count > 3 else word(state, WHITE)) if position != 0 else 0
     if color == 0:
         if position != 0:
             Py_DecRef(position)

@@ -13,15 +13,7 @@ SCENE, WORLD, QPOS, QVEL, POSITIONS, VELOCITIES, READ = range(3, 10)
 @part
 def read(given, length, into, positions):
     for k in range(length):
-        joint = PySequence_GetItem(given[2], k)
-        if joint == 0:
-            PyErr_Clear()
-            return False
-        index = PyLong_AsLongLong(joint)
-        Py_DecRef(joint)
-        if index == -1 and PyErr_Occurred() != 0:
-            PyErr_Clear()
-            return False
+        index = whole_item(given[2], k)
         if index < 0 or index >= len(positions) or positions[index] < 0:
             return False
         values = PySequence_GetItem(given[3], k)

@@ -2,8 +2,9 @@
 
 Most calls of such a command give one or two of two dozen arguments. A call with one that is neither a
 plain number of at least 0 nor a list or tuple of plain numbers, as its function takes, or that has no
-function, goes to the Python function of the command; see `fast_entries`. An argument that is as it was,
-which scripts often repeat, calls nothing where the state names the attribute that holds it.
+function, goes to the Python function of the command; see `fast_entries`. Two arguments that belong together
+are given to the function of the first as a tuple. An argument that is as it was, which scripts often repeat,
+calls nothing where the state, or what is prepared, names the attribute that holds it.
 
 A function may prepare a `Write` of its argument: from then on the machine code does what the function would,
 until rows of MuJoCo's arrays change (`Engine.prepared`).
@@ -12,34 +13,43 @@ until rows of MuJoCo's arrays change (`Engine.prepared`).
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
+from roboyard.pybullet.fast.fast_commands import PAIR
+
+
+IGNORED = "ignored"
+"""In place of a function: the argument changes nothing."""
 
 
 class Write(NamedTuple):
     """The effect of a value of one argument; the machine code has the same order.
 
-    Numbers are sums of the value's one or three numbers and 1, each with a factor.
+    Numbers are sums of the value's one to three numbers and 1, each with a factor.
     """
 
     owner: Any
     name: str
-    """Attribute of the owner that is the value, a float or a tuple of three."""
-    factors: Any
-    """(n, 4) factors of the value's numbers, of which a single one has two zeros beside, and of 1."""
-    targets: tuple[Any, ...]
+    """Attribute of the owner that is the value, a float or a tuple of three; the first of a pair."""
+    factors: Any = None
+    """(n, 4) factors of the value's numbers, with zeros where there are fewer than three, and of 1.
+
+    None: any other value goes to the function.
+    """
+    targets: tuple[Any, ...] = ()
     """Views (k,) of float64 that take numbers."""
-    places: tuple[Any, ...]
+    places: tuple[Any, ...] = ()
     """(k,) which number each element of a target takes."""
     least: float = -1.0
     """Values that are not larger go to the function."""
     other: Any = None
     other_name: str = ""
-    """Attribute of another object that is the last three numbers."""
+    """Attribute of another object that is the last three numbers; of a pair the owner and its second."""
     marked: Any = None
     marks: tuple[str, ...] = ()
     """Attributes of an object that become True."""
@@ -48,16 +58,18 @@ class Write(NamedTuple):
     worth: Any = None
     """A key of a dictionary and its value from then on."""
     true: bool = True
+    most: float = inf
+    """Values that are larger go to the function."""
 
 
 class Properties(NamedTuple):
     """State of a command; the machine code has the same order."""
 
     command: Callable[..., Any]
-    changes: tuple[Callable[..., None] | None, ...]
-    """By optional argument: a function of the client, the first arguments and this one."""
+    changes: tuple[Any, ...]
+    """By optional argument: a function of the client, the first arguments and this one, IGNORED or None."""
     lengths: tuple[int, ...]
-    """0 where that is a number; else of its numbers, which the function gets as a tuple of floats."""
+    """0 where that is a number, PAIR or SIGNED_PAIR; else of its numbers, which become a tuple of floats."""
     defaults: tuple[Any, ...]
     first: int
     """Number of the first arguments, which are integers, with the client."""
@@ -72,15 +84,16 @@ class Properties(NamedTuple):
     listed: list[Any] = []  # noqa: RUF012 - of which the type is read
     prepared: dict[Any, Any] | None = None
     """By client and first arguments: for each optional argument a `Write` or None."""
+    ignored: str = IGNORED
 
 
 _SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
-NONE, WHOLE, NUMBER, LISTED, PREPARED = range(11, 16)
+NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED = range(11, 17)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
-MARKED, MARKS, LATE, KEY, WORTH, TRUE = range(11, 17)
-{parts(PLAIN, ATTRIBUTE, FOUND)}
+MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST = range(11, 18)
+{parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE)}
 @part
 def number_of(state, values, place):
     is_list = word(values, KIND) == word(word(state, LISTED), KIND)
@@ -100,25 +113,36 @@ def has_numbers(state, values, length):
     return total - total == 0.0
 
 @part
-def fits_change(state, at, value):
+def fits_change(state, given, count, place, first):
+    at, value = ITEMS + place - first, given[place]
     if word(word(state, CHANGES), at) == word(state, NONE):
         return False
     length = PyLong_AsLongLong(word(word(state, LENGTHS), at))
     if length > 0:
         return has_numbers(state, value, length)
-    found = plain(state, value)
-    return found >= 0.0 and found - found == 0.0
+    found, least = plain(state, value), 0.0
+    if length < 0:
+        if place + 1 >= count or given[place + 1] == word(word(state, DEFAULTS), at + 1):
+            return False
+        least = 0.0 if length == {PAIR} else -np.inf
+        second = plain(state, given[place + 1])
+        if not second >= least or second - second != 0.0:
+            return False
+    return found >= least and found - found == 0.0
 
 @part
 def accepts(state, given, count, first):
     for place in range(1, first):
         if word(given[place], KIND) != word(word(state, WHOLE), KIND):
             return False
-    for place in range(first, count):
+    place = first
+    while place < count:
         at = ITEMS + place - first
-        if given[place] != word(word(state, DEFAULTS), at):
-            if not fits_change(state, at, given[place]):
-                return False
+        is_given = given[place] != word(word(state, DEFAULTS), at)
+        if is_given and not fits_change(state, given, count, place, first):
+            return False
+        is_pair = is_given and PyLong_AsLongLong(word(word(state, LENGTHS), at)) < 0
+        place += 2 if is_pair else 1
     return True
 
 @part
@@ -162,28 +186,47 @@ def output(factors, row, x, y, z):
     return factors[row, 0] * x + factors[row, 1] * y + factors[row, 2] * z + factors[row, 3]
 
 @part
-def triple(x, y, z):
-    made = PyTuple_New(3)
-    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
-    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
-    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
-    return made
+def is_known(state, write, value, length):
+    present = attribute(word(write, OWNER), word(write, NAME))
+    if present == 0:
+        return False
+    if length == 0 or length == 2:
+        first = plain(state, value) if length == 0 else number_of(state, value, 0)
+        if plain(state, present) != first:
+            return False
+        if length == 0:
+            return True
+        present = attribute(word(write, OWNER), word(write, OTHER_NAME))
+        return present != 0 and plain(state, present) == number_of(state, value, 1)
+    if word(present, KIND) != word(word(state, CHANGES), KIND) or word(present, SIZE) != length:
+        return False
+    for k in range(length):
+        if plain(state, word(present, ITEMS + k)) != number_of(state, value, k):
+            return False
+    return True
 
 @part
 def is_written(state, write, value, length):
+    if word(write, FACTORS) == word(state, NONE):
+        return False
     x, y, z = plain(state, value), 0.0, 0.0
     if length > 0:
-        x, y, z = number_of(state, value, 0), number_of(state, value, 1), number_of(state, value, 2)
-    if length == 0 and not x > PyFloat_AsDouble(word(write, LEAST)):
+        x, y = number_of(state, value, 0), number_of(state, value, 1)
+        z = number_of(state, value, 2) if length > 2 else 0.0
+    elif not PyFloat_AsDouble(word(write, LEAST)) < x <= PyFloat_AsDouble(word(write, MOST)):
         return False
     factors, targets = matrix(word(write, FACTORS)), word(write, TARGETS)
     for t in range(word(targets, SIZE)):
         target, places = numbers(word(targets, ITEMS + t)), integers(word(word(write, PLACES), ITEMS + t))
         for k in range(len(places)):
             target[k] = output(factors, places[k], x, y, z)
-    made = PyFloat_FromDouble(x) if length == 0 else triple(x, y, z)
+    made = triple(x, y, z) if length > 2 else PyFloat_FromDouble(x)
     PyObject_SetAttr(word(write, OWNER), word(write, NAME), made)
-    if word(write, OTHER) != word(state, NONE):
+    if length == 2:
+        Py_DecRef(made)
+        made = PyFloat_FromDouble(y)
+        PyObject_SetAttr(word(write, OWNER), word(write, OTHER_NAME), made)
+    elif word(write, OTHER) != word(state, NONE):
         row = len(factors) - 3
         a, b = output(factors, row, x, y, z), output(factors, row + 1, x, y, z)
         c = output(factors, row + 2, x, y, z)
@@ -208,10 +251,8 @@ def is_done(state, given, first, at, record, value, length):
     write = write_of(state, given, first, at)
     if write == 0:
         return False
-    if length == 0:
-        present = attribute(word(write, OWNER), word(write, NAME))
-        if present != 0 and PyFloat_AsDouble(present) == plain(state, value):
-            return True
+    if is_known(state, write, value, length):
+        return True
     Py_IncRef(write)
     done = is_written(state, write, value, length)
     Py_DecRef(write)
@@ -226,26 +267,36 @@ def entry(state, given, count, keywords):
     passed = words()
     for place in range(first):
         passed[place] = given[place]
-    for place in range(first, count):
+    place = first
+    while place < count:
         at = ITEMS + place - first
-        if given[place] != word(word(state, DEFAULTS), at):
-            value = given[place]
-            length = PyLong_AsLongLong(word(word(state, LENGTHS), at))
-            if is_done(state, given, first, at, record, value, length):
-                continue
+        change, value = word(word(state, CHANGES), at), given[place]
+        place += 1
+        if value == word(word(state, DEFAULTS), at) or change == word(state, IGNORED):
+            continue
+        length = PyLong_AsLongLong(word(word(state, LENGTHS), at))
+        Py_IncRef(value)
+        if length < 0:
+            Py_DecRef(value)
+            value, length = PyTuple_New(2), 2
+            for k in range(2):
+                Py_IncRef(given[place - 1 + k])
+                PyTuple_SetItem(value, k, given[place - 1 + k])
+            place += 1
+        if not is_done(state, given, first, at, record, value, length):
             if length > 0:
                 made = PyTuple_New(length)
                 for k in range(length):
                     PyTuple_SetItem(made, k, PyFloat_FromDouble(number_of(state, value, k)))
+                Py_DecRef(value)
                 value = made
-            else:
-                Py_IncRef(value)
             passed[first] = value
-            done = PyObject_Vectorcall(word(word(state, CHANGES), at), passed, first + 1, 0)
-            Py_DecRef(value)
+            done = PyObject_Vectorcall(change, passed, first + 1, 0)
             if done == 0:
+                Py_DecRef(value)
                 return 0
             Py_DecRef(done)
+        Py_DecRef(value)
     Py_IncRef(word(state, NONE))
     return word(state, NONE)
 """

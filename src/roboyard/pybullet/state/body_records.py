@@ -151,6 +151,12 @@ class LinkState:
     """Contact stiffness; -1: not set."""
     is_anchored: bool = False
     """Whether friction pulls contacts back to where they began."""
+    joint_damping: float | None = None
+    """Damping of the joint set by a script (N m s/rad or N s/m)."""
+    lower_limit: float | None = None
+    """Lower limit of the joint set by a script (rad or m)."""
+    upper_limit: float | None = None
+    """Upper limit of the joint set by a script (rad or m)."""
     collision_margin: float | None = None
     """Collision margin set by a script (m)."""
     is_solid: bool = False

@@ -32,9 +32,10 @@ class Surfaces:
 
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
-        self._restitution: dict[tuple[int, int], float] = {}
-        self._damping: dict[tuple[int, int], tuple[float, float, float, float]] = {}
-        self._compliance: dict[tuple[int, int], tuple[float, float]] = {}
+        self._restitution: dict[tuple[int, int], Array] = {}
+        self._damping: dict[tuple[int, int], Array] = {}
+        self._compliance: dict[tuple[int, int], Array] = {}
+        """By body and link: (1,), (4,) and (2,) numbers, which `restitution_places` and its siblings give."""
         self._compliance_rows = np.zeros((0, 2))
         self._anchored: set[tuple[int, int]] = set()
         self.anchors = np.zeros(0, np.uint8)
@@ -146,7 +147,8 @@ class Surfaces:
 
     def restitution(self, link: Link) -> float:
         """Return the coefficient of restitution of a link; 0 where none was set."""
-        return self._restitution.get((link.body.id, link.index), 0.0)
+        found = self._restitution.get((link.body.id, link.index))
+        return 0.0 if found is None else found.item()
 
     def set_restitution(self, link: Link, value: float) -> None:
         """Set the coefficient of restitution of a link.
@@ -156,9 +158,8 @@ class Surfaces:
         """
         if not 0.0 <= value <= 1.0:
             raise RoboyardError(f"link {link.name!r}: restitution must be between 0 and 1, got {value}")
-        if self._restitution.get((link.body.id, link.index)) == value:
+        if not _store(self._restitution, link, (value,)):
             return
-        self._restitution[(link.body.id, link.index)] = value
         if self._restitution_rows is not None and self._world.takes_numbers():
             self._restitution_rows[[geom.id for geom in link._built.geoms]] = value
         self._world.refresh_stepping()
@@ -174,12 +175,13 @@ class Surfaces:
         Raises:
             RoboyardError: a value is negative or not finite.
         """
-        if not (np.isfinite((stiffness, damping)).all() and min(stiffness, damping) >= 0):
+        if not (0.0 <= stiffness < inf and 0.0 <= damping < inf):
             raise RoboyardError(
                 f"link {link.name!r}: contact stiffness and damping must be at least 0, got {stiffness} and "
                 f"{damping}"
             )
-        self._compliance[(link.body.id, link.index)] = stiffness, damping
+        if not _store(self._compliance, link, (stiffness, damping)):
+            return
         if self._restitution_rows is not None and self._world.takes_numbers():
             self._compliance_rows[[geom.id for geom in link._built.geoms]] = stiffness, damping
         self._world.refresh_stepping()
@@ -192,6 +194,8 @@ class Surfaces:
             is_anchored: whether it does; otherwise contacts that creep are not pulled back.
         """
         key = (link.body.id, link.index)
+        if (key in self._anchored) == is_anchored:
+            return
         (self._anchored.add if is_anchored else self._anchored.discard)(key)
         if self._restitution_rows is not None and self._world.takes_numbers():
             self.anchors[[geom.id for geom in link._built.geoms]] = is_anchored
@@ -199,7 +203,10 @@ class Surfaces:
 
     def damping(self, link: Link) -> tuple[float, float, float, float]:
         """Return linear k (1/s), linear q (1/m), angular k (1/s) and angular q (-) of a link."""
-        return self._damping.get((link.body.id, link.index), (0.0, 0.0, 0.0, 0.0))
+        linear, linear_quadratic, angular, angular_quadratic = self._damping.get(
+            (link.body.id, link.index), (0.0, 0.0, 0.0, 0.0)
+        )
+        return float(linear), float(linear_quadratic), float(angular), float(angular_quadratic)
 
     def set_damping(
         self,
@@ -223,16 +230,42 @@ class Surfaces:
             RoboyardError: a coefficient is negative or not finite.
         """
         values = (linear, linear_quadratic, angular, angular_quadratic)
-        key = link.body.id, link.index
-        if self._damping.get(key) == values:
-            return
         if not all(0.0 <= value < inf for value in values):
             raise RoboyardError(f"link {link.name!r}: damping must be at least 0, got {values}")
-        self._damping[key] = values
+        if not _store(self._damping, link, values):
+            return
         if self._damping_rows is not None and self._world.takes_numbers():
             self._damping_rows[link.body.mujoco_ids[link.index]] = values
         if not self._world.is_stale:  # a compile does so
             self._world.refresh_stepping()
+
+    def restitution_places(self, link: Link) -> list[Array] | None:
+        """Return views (1,) of all places with a link's restitution, which was set, until arrays change.
+
+        None where some do not exist yet.
+        """
+        return self._places(link, self._restitution, self._restitution_rows)
+
+    def compliance_places(self, link: Link) -> list[Array] | None:
+        """Return views (2,) of all places with a link's compliance; see `restitution_places`."""
+        return self._places(link, self._compliance, self._compliance_rows)
+
+    def damping_places(self, link: Link) -> list[Array] | None:
+        """Return views (4,) of all places with a link's drag; see `restitution_places`."""
+        kept = self._damping.get((link.body.id, link.index))
+        if kept is None or (self._damping_rows is None and not self._world.is_stale):
+            return None
+        if self._world.is_stale or self._damping_rows is None:
+            return [kept]
+        return [kept, self._damping_rows[link.body.mujoco_ids[link.index]]]
+
+    def _places(self, link: Link, table: dict[tuple[int, int], Array], rows: Any) -> list[Array] | None:
+        kept = table.get((link.body.id, link.index))
+        if kept is None or (self._restitution_rows is None and not self._world.is_stale):
+            return None
+        if self._world.is_stale:
+            return [kept]
+        return [kept, *(rows[geom.id : geom.id + 1].reshape(-1) for geom in link._built.geoms)]
 
     def forget(self, body_id: int) -> None:
         """Remove the settings of a body that is removed."""
@@ -378,7 +411,7 @@ class Surfaces:
             damping[rows] = list(self._damping.values())
         for (body_id, index), value in self._restitution.items():
             for geom in bodies[body_id].built.links[index].geoms:
-                restitution[geom.id] = value
+                restitution[geom.id] = value.item()
         self._no_margins, self._no_reaches = (
             np.zeros(model.ngeom),
             np.full(model.ngeom, self._world.profile.contact_reach),
@@ -390,3 +423,16 @@ class Surfaces:
         for body_id, index in self._anchored:
             self.anchors[[geom.id for geom in bodies[body_id].built.links[index].geoms]] = 1
         return damping, restitution
+
+
+def _store(table: dict[tuple[int, int], Array], link: Link, values: tuple[float, ...]) -> bool:
+    """Store numbers of a link; return whether they changed."""
+    key = link.body.id, link.index
+    known = table.get(key)
+    if known is None:
+        table[key] = np.array(values, dtype=float)
+    elif tuple(known.tolist()) == values:
+        return False
+    else:
+        known[:] = values
+    return True
