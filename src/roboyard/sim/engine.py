@@ -109,7 +109,7 @@ class Engine(EngineHooks[BodyT]):
         self.late_masses: dict[Any, Array] = {}
         """Links to (4,) masses (kg) and principal moments (kg m²) that the spec does not have yet."""
         self.late_frictions: dict[Any, Array] = {}
-        """Links to (3,) friction coefficients, as `Link.keep_friction` takes them, that the spec does not have yet."""
+        """Links to (3,) sliding, spinning and rolling friction that the spec does not have yet."""
         self.kept_rays: dict[bool, Any] = {}
         """MuJoCo's arrays for rays, by whether they meet visual shapes; dropped when the arrays change."""
         self.kept_poses: tuple[Any, Any, Any, Any, Any] | None = None

@@ -184,6 +184,26 @@ class LinkSurfaces(Protocol):
         """Set a link's drag coefficients (1/s)."""
         ...
 
+    def set_compliance(self, link: Any, stiffness: float, damping: float) -> None:
+        """Make the surface of a link a spring (N/m) and damper (N s/m)."""
+        ...
+
+    def set_anchor(self, link: Any, *, is_anchored: bool) -> None:
+        """Let friction pull the contacts of a link back to where they began."""
+        ...
+
+    def restitution_places(self, link: Any) -> list[Array] | None:
+        """Return views (1,) of all places with a link's restitution; None where some do not exist yet."""
+        ...
+
+    def compliance_places(self, link: Any) -> list[Array] | None:
+        """Return views (2,) of all places with a link's stiffness (N/m) and damping (N s/m), or None."""
+        ...
+
+    def damping_places(self, link: Any) -> list[Array] | None:
+        """Return views (4,) of all places with a link's drag (1/s), or None."""
+        ...
+
 
 class LinkWrenches(Protocol):
     """External forces, as links and states use them; see `roboyard.sim.stepping.wrenches`."""

@@ -119,9 +119,9 @@ def changeDynamics(
     try:
         total = sum(
             (
-                *moments, mass, lateralFriction, spinningFriction, rollingFriction, restitution, linearDamping,
-                angularDamping, jointDamping, contactStiffness, contactDamping, jointLowerLimit,
-                jointUpperLimit,
+                *moments, mass, lateralFriction, spinningFriction, rollingFriction, restitution,
+                linearDamping, angularDamping, jointDamping, contactStiffness, contactDamping,
+                jointLowerLimit, jointUpperLimit,
             )
         )  # fmt: skip
     except TypeError:
@@ -176,6 +176,7 @@ def changeDynamics(
     if collisionMargin != -1.0 and number(collisionMargin) >= 0:
         state.collision_margin, state.is_solid = collisionMargin, False
         record.link_boxes = scene.link_boxes = None
+        scene.world.prepared.get("overlaps", {}).clear()
         scene.shape_rows.gather_again()
         scene.world.prepared.get("box", {}).pop(record.number, None)
         forget_body(record)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import hypot, isfinite, sqrt
-from typing import TYPE_CHECKING
+from functools import partial
+from math import isfinite, sqrt
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +16,13 @@ from roboyard.pybullet.face.arguments import number, vector3, vector3_or, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.fast.fast_commands import replace_boxes
+from roboyard.pybullet.fast.fast_commands import (
+    is_machine_code,
+    replace_boxes,
+    replace_overlaps,
+    replace_rays,
+)
+from roboyard.pybullet.state.frames import BROADPHASE_MARGIN
 from roboyard.sim.queries.rays import ShapeHit, first_shape
 from roboyard.transforms import rotate
 
@@ -29,10 +36,6 @@ Triple = tuple[float, ...]
 Hit = tuple[int, int, float, tuple[float, ...], tuple[float, ...]]
 _NOTHING = (0.0, 0.0, 0.0)
 _MISS: Hit = (-1, -1, 1.0, _NOTHING, _NOTHING)
-BROADPHASE_MARGIN = 0.02
-"""Margin of boxes in Bullet's broad phase (m)."""
-_FEW = 16
-"""Rays up to which each is cast alone."""
 _RESUME_OFFSET = 1e-5
 """Fraction of the ray beyond a hit where the search for the next one starts."""
 
@@ -54,27 +57,9 @@ def rayTest(
     scene = client.scene
     if not scene.bodies:
         return (_MISS,)
-    way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     mask, wanted = whole(collisionFilterMask), whole(reportHitNumber)
-    if wanted >= 0:
-        return (_numbered_hit(scene, start, way, mask, wanted),)
-    return (_first_hit(scene, start, way, mask),)
-
-
-def _first_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> Hit:
-    """Return the nearest hit of a ray from a point along a way (m)."""
-    length = hypot(*way)
-    if length == 0.0 or not isfinite(length + start[0] + start[1] + start[2]):
-        return _MISS
-    if not scene.world.soft:
-        found = scene.margin_shapes.first(start, way, length, mask)
-        if found is not None:
-            geom, (fraction, x, y, z, i, j, k) = found
-            if geom < 0:
-                return _MISS
-            number_, link, _ = scene.place_of(geom)
-            return number_, link, fraction, (x, y, z), (i, j, k)
-    return next(_entering_hits(scene, start, way, mask), _MISS)
+    (hit,) = _cast(scene, (start,), (end,), mask, wanted)
+    return (hit,)
 
 
 @command()
@@ -228,54 +213,66 @@ def _points(values: Sequence[Vector]) -> np.ndarray:
 
 
 def _cast(
-    scene: PhysicsScene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted: int
+    scene: PhysicsScene,
+    starts: Sequence[Any] | np.ndarray,
+    ends: Sequence[Any] | np.ndarray,
+    mask: int,
+    wanted: int,
 ) -> tuple[Hit, ...]:
     """Return the hits of (k, 3) rays (m); rays pass cores that they start in and shapes outside the mask.
 
     Rays that are not finite hit nothing, as in Bullet.
     """
-    if not scene.bodies or not len(starts):
-        return (_MISS,) * len(starts)
-    with np.errstate(over="ignore", invalid="ignore"):
-        ways = ends - starts
-    finite = np.isfinite(ways)
-    if not finite.all():
-        finite = np.logical_and.reduce(finite, axis=1)
-        found_hits = iter(_cast(scene, starts[finite], ends[finite], mask, wanted))
-        return tuple(next(found_hits) if is_finite else _MISS for is_finite in finite)
-    if wanted >= 0:
-        rays = zip(starts.tolist(), ways.tolist(), strict=True)
-        return tuple(_numbered_hit(scene, start, way, mask, wanted) for start, way in rays)
-    if len(starts) <= _FEW or not scene.filters.shows_all(mask):
-        rays = zip(starts.tolist(), ways.tolist(), strict=True)
-        return tuple(_first_hit(scene, tuple(start), tuple(way), mask) for start, way in rays)
-    found = scene.world.rays(starts, ends)
-    fractions, geoms, positions = found.fraction, found.geoms, np.empty_like(starts)
-    margins = scene.geom_margins()
-    normals, owners = found.normal, found.owners
-    again = kernels.enter_shapes(
-        *(starts, ends, normals, geoms, owners, margins, MOST_GRAZING, fractions, positions)
-    )
-    bodies, links = owners.T.tolist()
-    number_of = {body: scene.record_of(body).number for body in {*bodies} if body >= 0} | {-1: -1}
-    numbers = [number_of[body] for body in bodies]
-    points, outwards = map(tuple, positions.tolist()), map(tuple, normals.tolist())
-    hits: list[Hit] = [*zip(numbers, links, fractions.tolist(), points, outwards, strict=True)]
-    if again:
-        for i in range(len(hits)):
-            if geoms[i] == -2:
-                start, way = tuple(starts[i].tolist()), tuple(ways[i].tolist())
-                hits[i] = next(_entering_hits(scene, start, way, mask), _MISS)
-    around = scene.margin_shapes.around(starts, ways, mask)
-    if around is not None:
-        for i in np.flatnonzero(around[0] >= 0).tolist():
-            start, normal = tuple(starts[i].tolist()), tuple(around[1][i].tolist())
-            hits[i] = _hit_at_start(scene, start, int(around[0][i]), normal)
+    count = len(starts)
+    if not scene.bodies or not count:
+        return (_MISS,) * count
+    room = None
+    if wanted < 0 and not scene.world.soft:
+        room = scene.margin_shapes.enter_first(starts, ends, mask)
+    if room is None:
+        return tuple(
+            _numbered_hit(scene, tuple(start), tuple(end), mask, wanted)
+            for start, end in zip(np.asarray(starts).tolist(), np.asarray(ends).tolist(), strict=True)
+        )
+    if is_machine_code("rayTest") or is_machine_code("rayTestBatch"):
+        _prepare(scene)
+    hits, places = [], scene.place_of
+    for geom, (fraction, x, y, z, i, j, k) in zip(
+        room.geoms[:count].tolist(), room.hits[:count].tolist(), strict=True
+    ):
+        if geom < 0:
+            hits.append(_MISS)
+        else:
+            number_, link, _ = places(geom)
+            hits.append((number_, link, fraction, (x, y, z), (i, j, k)))
     return tuple(hits)
 
 
-def _numbered_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, wanted: int) -> Hit:
-    """Return the `wanted`-th (from 0) of all hits, counted from the shape created last."""
+def _prepare(scene: PhysicsScene) -> None:
+    """Let machine code cast as many rays as there is room for."""
+    world, bundle = scene.world, scene.margin_shapes.bundle
+    known = world.prepared.get("rays")
+    if known is None or bundle is None or (0 in known and known[0][4] is bundle):
+        return
+    room = bundle.records[2]
+    owners = [
+        scene.place_of(geom)[:2] if body >= 0 else (-1, -1)
+        for geom, (body, _) in enumerate(world.geom_owners)
+    ]
+    known[0] = (
+        *(world, scene.filters, partial(world.link_frames, keeps_last=True)),
+        *(kernels.enter_first, bundle, MOST_GRAZING, room.starts, room.ends, room.geoms, room.hits),
+        np.array(owners, np.int64).reshape(-1),
+    )
+
+
+def _numbered_hit(scene: PhysicsScene, start: Triple, end: Triple, mask: int, wanted: int) -> Hit:
+    """Return the first hit, or the `wanted`-th (from 0) of all, counted from the shape created last."""
+    way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+    if not isfinite(sum(start) + sum(way)) or way == _NOTHING:
+        return _MISS
+    if wanted < 0:
+        return next(_entering_hits(scene, start, way, mask), _MISS)
     hits = list(_entering_hits(scene, start, way, mask))
     hits.sort(key=lambda hit: (-scene.bodies[hit[0]].body.id, -hit[1], hit[2]))
     return hits[wanted] if wanted < len(hits) else _MISS
@@ -340,3 +337,5 @@ def _soft_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> li
 
 
 START.later(replace_boxes)
+START.later(replace_overlaps)
+START.later(replace_rays)

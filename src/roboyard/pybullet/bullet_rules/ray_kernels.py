@@ -1,4 +1,4 @@
-"""Compiled loops over rays: the first hit of one, where many start, and the hits of many."""
+"""Compiled loops over rays: the first shapes that they enter, and where they start."""
 
 from __future__ import annotations
 
@@ -8,44 +8,12 @@ from typing import Any, NamedTuple
 from roboyard.native import Bundle, compiled, record
 from roboyard.pybullet.bullet_rules.hull_margins import MARGIN
 from roboyard.sim.mujoco_library import mujoco_library
-from roboyard.sim.queries.shape_rays import RAY_SHAPES, first_on_ray
+from roboyard.sim.queries.shape_rays import RAY_SHAPES, distance_on_ray, is_hidden
 
 SPHERE, CAPSULE, CYLINDER, BOX = 2, 3, 5, 6
 """MuJoCo's kinds of shapes that have a core."""
 SMALLEST = 1e-9
 """Distance from a shape's core that has no direction (m)."""
-
-
-@compiled("f8[:,:] f8[:,:] f8[:,:] i4[:] i4[:,:] f8[:] f8 f8[:] f8[:,:] -> i8")
-def enter_shapes(
-    starts, ends, normals, geoms, owners, margins, most, fractions, positions
-):  # pragma: no cover
-    """Move hits to Bullet's shapes, which are larger by a margin; return how many rays leave a shape.
-
-    Those start in the shape; their `geoms` become -2. margins: (ngeom,) m. most: largest shift of a hit, in
-    margins. owners: their links are counted from -1 afterwards. fractions: changed. positions: filled in (m),
-    zeros for a miss.
-    """
-    leaving = 0
-    for i in range(len(fractions)):
-        geom = geoms[i]
-        if owners[i, 0] < 0:
-            positions[i, 0], positions[i, 1], positions[i, 2] = 0.0, 0.0, 0.0
-            continue
-        owners[i, 1] -= 1
-        x, y, z = ends[i, 0] - starts[i, 0], ends[i, 1] - starts[i, 1], ends[i, 2] - starts[i, 2]
-        slope = normals[i, 0] * x + normals[i, 1] * y + normals[i, 2] * z
-        if slope > 0.0:
-            geoms[i] = -2
-            leaving += 1
-        if geom >= 0 and margins[geom] > 0.0:
-            steepest = max(abs(slope), math.sqrt(x * x + y * y + z * z) / most)
-            if steepest > 0.0:
-                fractions[i] = max(fractions[i] - margins[geom] / steepest, 0.0)
-        positions[i, 0] = starts[i, 0] + fractions[i] * x
-        positions[i, 1] = starts[i, 1] + fractions[i] * y
-        positions[i, 2] = starts[i, 2] + fractions[i] * z
-    return leaving
 
 
 @compiled("f8[:,:] f8[:,:] i4[:] i4[:] f8[:,:] f8[:] f8[:] f8[:,:] f8[:,:] i4[:] f8[:,:] -> i8")
@@ -82,41 +50,141 @@ class Cores(NamedTuple):
     """(ngeom,) by which Bullet's shapes are larger than MuJoCo's (m)."""
 
 
-FIRST = Bundle((RAY_SHAPES, record(Cores, "i4[::1] f8[::1]")))
-LEAVES = -2
-"""Returned for a ray that leaves the first shape that it meets."""
+_RESUME = 1e-5
+"""Fraction of a ray beyond a surface that it leaves where the search for the next one starts."""
+_MOST_SURFACES = 10000
+"""Surfaces that a ray may leave."""
+SLACK = 1e-9
+"""Share by which bounding spheres are taken larger, and length (m)."""
+_VECTOR = 24
+"""Bytes of three numbers."""
 
 
-@compiled(FIRST, "f8 f8 f8 f8 f8 f8 f8 f8 f8[::1] f8[::1] -> i8", library=mujoco_library)
-def enter_first(shapes, cores, x, y, z, u, v, w, length, most, work, out):  # pragma: no cover
-    """Return the first of Bullet's shapes that a ray enters (MuJoCo's geom), -1 without one, or LEAVES.
+class Room(NamedTuple):
+    """Memory for rays."""
 
-    x, y, z: start (m). u, v, w: from there to the end (m). length: of that (m). most: largest shift of a hit,
-    in margins. work: (WORK,). out: (7,) fraction, point (m) and normal are filled in.
+    starts: Any
+    """(n, 3) (m)."""
+    ends: Any
+    """(n, 3) (m)."""
+    geoms: Any
+    """(n,) MuJoCo's geom of each hit, -1 without one."""
+    hits: Any
+    """(n, 7) fraction, point (m) and normal of each hit."""
+    near: Any
+    """(5, k) centres of bounding spheres (m), their radii (m), and squares of radii with margins (m²).
+
+    Radii are a little larger; those of unbounded shapes are infinite, and their squares are -1.
     """
-    geom, i, j, k = _around(
-        *(cores.rows, shapes.geom_type, shapes.geom_size, shapes.geom_rbound, cores.margins),
-        *(shapes.geom_xpos, shapes.geom_xmat, x, y, z, u, v, w),
-    )
-    fraction = 0.0
-    if geom < 0:
-        work[0], work[1], work[2] = x, y, z
-        work[3], work[4], work[5] = u / length, v / length, w / length
-        geom = first_on_ray(shapes, work, work.ctypes.data, length)
-        fraction, i, j, k = work[12] / length, work[9], work[10], work[11]
-        slope = u * i + v * j + w * k
-        if geom < 0 or fraction > 1.0:
-            return -1
-        if slope > 0.0:
-            return LEAVES
-        margin = cores.margins[geom]
-        if margin > 0.0:
-            steepest = max(-slope, math.sqrt(u * u + v * v + w * w) / most)
-            fraction = max(fraction - margin / steepest, 0.0)
-    out[0] = fraction
-    out[1], out[2], out[3] = x + fraction * u, y + fraction * v, z + fraction * w
-    out[4], out[5], out[6] = i, j, k
-    return geom
+    marks: Any
+    """(k,) whether a ray may meet a shape."""
+    work: Any
+    """(WORK,)."""
+
+
+_ROOM = record(Room, "f8[:,::1] f8[:,::1] i8[::1] f8[:,::1] f8[:,::1] u1[::1] f8[::1]")
+FIRST = Bundle((RAY_SHAPES, record(Cores, "i4[::1] f8[::1]"), _ROOM))
+
+
+@compiled(FIRST, "i8 f8 -> i8", library=mujoco_library)
+def enter_first(shapes, cores, room, count, most):  # pragma: no cover
+    """Find the first of Bullet's shapes that each of `count` rays enters; return how many do.
+
+    A ray passes surfaces that it leaves. One without a length, or that is not finite, enters nothing.
+    most: largest shift of a hit, in margins.
+    """
+    starts, ends, work, entered = room.starts, room.ends, room.work, 0
+    _gather(shapes, room.near)
+    for n in range(count):
+        x, y, z = starts[n, 0], starts[n, 1], starts[n, 2]
+        u, v, w = ends[n, 0] - x, ends[n, 1] - y, ends[n, 2] - z
+        length = math.sqrt(u * u + v * v + w * w)
+        room.geoms[n] = -1
+        if length == 0.0 or not math.isfinite(length + x + y + z):
+            continue
+        if _mark(room.near, room.marks, x, y, z, u / length, v / length, w / length, length):
+            geom, i, j, k = _around(
+                *(cores.rows, shapes.geom_type, shapes.geom_size, shapes.geom_rbound, cores.margins),
+                *(shapes.geom_xpos, shapes.geom_xmat, x, y, z, u, v, w),
+            )
+            if geom >= 0:
+                room.geoms[n], entered = geom, entered + 1
+                _write_hit(room.hits, n, 0.0, x, y, z, u, v, w, i, j, k)
+                continue
+        work[3], work[4], work[5], behind = u / length, v / length, w / length, 0.0
+        for _ in range(_MOST_SURFACES):
+            work[0], work[1], work[2] = x + behind * u, y + behind * v, z + behind * w
+            geom = _first_marked(shapes, room.near, room.marks, work, work.ctypes.data, length)
+            fraction, i, j, k = behind + work[12] / length, work[9], work[10], work[11]
+            if geom < 0 or fraction > 1.0:
+                break
+            slope = u * i + v * j + w * k
+            if slope <= 0.0:
+                margin = cores.margins[geom]
+                if margin > 0.0:
+                    fraction = max(fraction - margin / max(-slope, length / most), 0.0)
+                room.geoms[n], entered = geom, entered + 1
+                _write_hit(room.hits, n, fraction, x, y, z, u, v, w, i, j, k)
+                break
+            behind = fraction + _RESUME
+            if behind >= 1.0:
+                break
+    return entered
+
+
+def _write_hit(hits, n, fraction, x, y, z, u, v, w, i, j, k):  # pragma: no cover
+    """Write fraction, point and normal of a hit to a row."""
+    hits[n, 0] = fraction
+    hits[n, 1], hits[n, 2], hits[n, 3] = x + fraction * u, y + fraction * v, z + fraction * w
+    hits[n, 4], hits[n, 5], hits[n, 6] = i, j, k
+
+
+def _gather(shapes, near):  # pragma: no cover
+    """Write where the centres of bounding spheres are now."""
+    rows, places = shapes.rows, shapes.geom_xpos
+    for row in range(len(rows)):
+        geom = rows[row]
+        near[0, row], near[1, row], near[2, row] = places[geom, 0], places[geom, 1], places[geom, 2]
+
+
+def _mark(near, marks, x, y, z, u, v, w, length):  # pragma: no cover
+    """Mark the shapes whose bounding spheres a ray meets; return how many its start is close to.
+
+    x, y, z: start (m). u, v, w: unit vector.
+    """
+    close = 0
+    for row in range(len(marks)):
+        a, b, c, reach = near[0, row] - x, near[1, row] - y, near[2, row] - z, near[3, row]
+        apart, along = a * a + b * b + c * c, a * u + b * v + c * w
+        is_met = apart - along * along <= reach * reach + SLACK * SLACK * apart
+        marks[row] = is_met & (along >= -reach) & (along - reach <= length)
+        close += apart <= near[4, row]
+    return close
+
+
+def _first_marked(shapes, near, marks, work, place, length):  # pragma: no cover
+    """Return the first marked shape that a ray meets, -1 without one, and write the hit to `work`.
+
+    place: address of `work`. length: of the ray; shapes beyond may be skipped (m).
+    """
+    start, direction, normal = place, place + _VECTOR, place + 2 * _VECTOR
+    nearest, found = math.inf, -1
+    for row in range(len(marks)):
+        if marks[row] == 0:
+            continue
+        a, b, c = near[0, row] - work[0], near[1, row] - work[1], near[2, row] - work[2]
+        if a * work[3] + b * work[4] + c * work[5] - near[3, row] > min(nearest, length):
+            continue
+        geom = shapes.rows[row]
+        if is_hidden(shapes, geom):
+            continue
+        distance = distance_on_ray(shapes, geom, start, direction, normal)
+        if 0.0 <= distance < nearest or (distance == nearest and geom < found):
+            nearest, found = distance, geom
+            for k in range(3):
+                work[9 + k] = work[6 + k]
+    work[12] = nearest
+    return found
 
 
 def _around(geoms, kinds, sizes, radii, margins, places, turns, sx, sy, sz, wx, wy, wz):  # pragma: no cover

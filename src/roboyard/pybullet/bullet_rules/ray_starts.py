@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from math import isfinite
 from struct import Struct
 from typing import TYPE_CHECKING, Any, Protocol
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 import roboyard.pybullet.bullet_rules.ray_kernels as kernels
+from roboyard.pybullet.bullet_rules.hull_margins import MARGIN
 from roboyard.sim.build.geoms import VISUAL_GROUP
 from roboyard.sim.queries.rays import kept_shapes
 from roboyard.sim.queries.shape_rays import WORK
@@ -22,6 +23,8 @@ Triple = tuple[float, ...]
 _PACK = Struct("3d").pack_into
 _WITH_CORE = kernels.SPHERE, kernels.CAPSULE, kernels.BOX, kernels.CYLINDER
 _MOST_MASKS = 16
+_LEAST_RAYS = 16
+"""Rays for which there is room at least."""
 MOST_GRAZING = 20.0
 """Largest shift of a hit at a hull, in margins."""
 
@@ -61,24 +64,10 @@ class MarginShapes:
         self._start, self._way = np.zeros((1, 3)), np.zeros((1, 3))
         self._words = self._start.data.cast("B"), self._way.data.cast("B")
         self._found, self._normal = np.zeros(1, dtype=np.int32), np.zeros((1, 3))
-        self._first: Any = None
-        self._masked: dict[int, tuple[dict[Any, Any], Any]] = {}
-        """By mask: groups of links, and the shapes that it shows of these."""
-        self._work, self._hit = np.zeros(WORK), np.zeros(7)
-
-    def around(self, starts: Array, ways: Array, mask: int) -> tuple[np.ndarray, Array] | None:
-        """Return the shapes in whose margins rays start that head inwards; None where no ray does.
-
-        Args:
-            starts: (k, 3) points (m).
-            ways: (k, 3) from there to the ends (m).
-            mask: of the groups of links that rays meet.
-
-        Returns:
-            (k,) MuJoCo geoms, -1 for none, and (k, 3) normals outwards.
-        """
-        found, normals = np.empty(len(starts), dtype=np.int32), np.empty((len(starts), 3))
-        return (found, normals) if self._find(starts, ways, mask, found, normals) else None
+        self._records: Any = None
+        """The shapes and cores as arguments of the compiled loop, or None."""
+        self._bundles: dict[int, tuple[dict[Any, Any] | None, Any]] = {}
+        """By mask: groups of links, None where it shows all, and its shapes with memory for rays."""
 
     def around_one(self, start: Triple, way: Triple, mask: int) -> tuple[int, Triple] | None:
         """Return the shape (MuJoCo geom) around the start (3,) of a ray, and its normal; None without."""
@@ -92,43 +81,48 @@ class MarginShapes:
             return None
         return self._found.item(), tuple(self._normal[0].tolist())
 
-    def first(
-        self, start: Triple, way: Triple, length: float, mask: int
-    ) -> tuple[int, Sequence[float]] | None:
-        """Return the first shape (MuJoCo geom) that a ray enters, and fraction, point and normal of the hit.
-
-        The shape is -1 for a miss. None where the ray leaves a shape before, or without machine code.
+    def enter_first(self, starts: Any, ends: Any, mask: int) -> kernels.Room | None:
+        """Return memory with the first shapes that rays enter; None without machine code.
 
         Args:
-            start: (3,) point in the world frame (m).
-            way: (3,) vector from there to the ray's end (m).
-            length: of that, finite and above 0 (m).
-            mask: of the groups of links that the ray meets.
+            starts: (k, 3) points in the world frame (m).
+            ends: (k, 3) points (m).
+            mask: of the groups of links that the rays meet.
         """
-        world, filters = self._world, self._filters
+        count, world, filters = len(starts), self._world, self._filters
         if world.is_stale or self._revision != world.revision or not world.shows_triangles:
             self._look_up()
+        if self._records is None:
+            return None
         if world.is_moved:
             world.link_frames(keeps_last=True)
-        shapes = self._first
-        if shapes is None:
-            return None
-        if not filters.shows_all(mask):
-            known = self._masked.get(mask)
-            if known is None or known[0] != filters.groups:
-                known = self._masked[mask] = filters.groups.copy(), self._shapes_of(mask)
-            shapes = known[1]
-        geom = kernels.enter_first(shapes, *start, *way, length, MOST_GRAZING, self._work, self._hit)
-        return None if geom == kernels.LEAVES else (geom, self._hit.tolist())
+        groups = None if filters.shows_all(mask) else filters.groups
+        known = self._bundles.get(mask)
+        if known is None or known[0] != groups or len(known[1].records[2].starts) < count:
+            if len(self._bundles) >= _MOST_MASKS:
+                self._bundles.clear()
+            shapes, cores = self._records if groups is None else self._shown_records(mask)
+            radii = world.live_model.geom_rbound[shapes.rows]
+            room = _room(max(count, _LEAST_RAYS), len(shapes.rows), radii)
+            bundle = kernels.FIRST.of(shapes, cores, room)
+            known = self._bundles[mask] = None if groups is None else groups.copy(), bundle
+        room = known[1].records[2]
+        room.starts[:count], room.ends[:count] = starts, ends
+        kernels.enter_first(known[1], count, MOST_GRAZING)
+        return room
 
-    def _shapes_of(self, mask: int) -> Any:
+    @property
+    def bundle(self) -> Any:
+        """The first argument of the loop over rays that meet all shapes, once there were such rays."""
+        groups, bundle = self._bundles.get(-1, (None, None))
+        return bundle if groups is None else None
+
+    def _shown_records(self, mask: int) -> tuple[Any, Any]:
         """Return the shapes that a mask shows as arguments of the compiled loop."""
-        shapes, cores = self._first.records
+        shapes, cores = self._records
         rows = shapes.rows
         rows = rows[self._world.geom_owners[rows, 0] >= 0]
-        if len(self._masked) >= _MOST_MASKS:
-            self._masked.clear()
-        return kernels.FIRST.of(
+        return (
             shapes._replace(rows=np.ascontiguousarray(self._shown(rows, mask))),
             cores._replace(rows=np.ascontiguousarray(self._shown(cores.rows, mask))),
         )
@@ -154,6 +148,17 @@ class MarginShapes:
         self._rows, margins = np.flatnonzero(there).astype(np.int32), self._margins()
         self._sizes = model.geom_type, model.geom_size, model.geom_rbound, margins
         cores = kernels.Cores(self._rows, margins)
-        self._first = None if shapes is None else kernels.FIRST.of(shapes, cores)
-        self._masked.clear()
+        self._records = None if shapes is None else (shapes, cores)
+        self._bundles.clear()
         self._revision = world.revision
+
+
+def _room(rays: int, shapes: int, radii: Array) -> kernels.Room:
+    """Return memory for rays and shapes, whose bounding spheres have radii (k,), 0 for none (m)."""
+    near, is_bounded = np.zeros((5, shapes)), radii > 0.0
+    near[3] = np.where(is_bounded, radii + kernels.SLACK * (1.0 + radii), np.inf)
+    near[4] = np.where(is_bounded, (radii + 2.0 * MARGIN + kernels.SLACK) ** 2, -1.0)
+    return kernels.Room(
+        *(np.zeros((rays, 3)), np.zeros((rays, 3)), np.zeros(rays, np.int64), np.zeros((rays, 7))),
+        *(near, np.zeros(shapes, np.uint8), np.zeros(WORK)),
+    )

@@ -41,9 +41,9 @@ def write_base_pose(  # pragma: no cover
         a, b, c = _rotated(i, j, k, w, (fx, fy, fz))
         x, y, z = x - a, y - b, z - c
     if len(speed) == 0:
-        if place[0] == x and place[1] == y and place[2] == z:
-            if turn[0] == w and turn[1] == i and turn[2] == j and turn[3] == k:
-                return 2
+        is_there = place[0] == x and place[1] == y and place[2] == z and turn[0] == w
+        if is_there and turn[1] == i and turn[2] == j and turn[3] == k:
+            return 2
         kept_place[0], kept_place[1], kept_place[2] = x, y, z
         kept_turn[0], kept_turn[1], kept_turn[2], kept_turn[3] = w, i, j, k
     place[0], place[1], place[2] = x, y, z

@@ -1,4 +1,7 @@
-"""What lets machine code change the dynamics of links, as changeDynamics does; see `property_entries`."""
+"""Writes by which machine code changes the dynamics of links, as changeDynamics does.
+
+See `property_entries`.
+"""
 
 from __future__ import annotations
 
@@ -97,7 +100,7 @@ def prepare_friction(record: BodyRecord, link: int, argument: str) -> None:
     A friction that acts in more dimensions than the contacts of the link have now is not prepared.
     """
     world, state, handle = record.body.world, record.links[link + 1], record.body.links[link + 1]
-    known = world.prepared.get(KIND)
+    known: Any = world.prepared.get(KIND)
     if known is None:
         return
     values = state.friction, state.spinning_friction, state.rolling_friction

@@ -37,6 +37,22 @@ def replace_boxes() -> None:
     _replace("getAABB", BOX, "box", ("is_moved", "single_reads"))
 
 
+def replace_overlaps() -> None:
+    """Replace getOverlappingObjects."""
+    from roboyard.pybullet.fast.overlap_entries import OVERLAPS, OverlapState
+
+    name = "getOverlappingObjects"
+    replace(name, OVERLAPS, OverlapState(COMMANDS[name].function, PREPARED["overlaps"]))
+
+
+def replace_rays() -> None:
+    """Replace rayTest and rayTestBatch."""
+    from roboyard.pybullet.fast.ray_entries import RAYS, RayState
+
+    for name, is_batch in (("rayTest", False), ("rayTestBatch", True)):
+        replace(name, RAYS, RayState(COMMANDS[name].function, PREPARED["rays"], is_batch))
+
+
 def replace_motors() -> None:
     """Replace setJointMotorControlArray and the two forms for joints of any kind."""
     from roboyard.pybullet.fast.fast_entries import MOTORS

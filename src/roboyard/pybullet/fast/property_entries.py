@@ -22,7 +22,6 @@ from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.fast_commands import PAIR
 
-
 IGNORED = "ignored"
 """In place of a function: the argument changes nothing."""
 

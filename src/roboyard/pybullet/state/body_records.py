@@ -324,7 +324,7 @@ class BodyRecord:
         return np.repeat(np.arange(len(rows)), [len(of_link) for of_link in rows])
 
     def first_frames(self) -> Array:
-        """Return the poses at which links are when they are loaded; see the function of this name."""
+        """Return the (n, 4, 4) poses of links when they are loaded; see the function of this name."""
         from roboyard.pybullet.bullet_rules.contact_reaches import first_frames
 
         options = {"at_inertial": self.kind != MULTIBODY, "is_mjcf": self.is_mjcf}

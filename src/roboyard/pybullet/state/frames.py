@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from roboyard.description.model import Pose
 
 Numbers = tuple[float, ...]
+BROADPHASE_MARGIN = 0.02
+"""Margin of boxes in Bullet's broad phase (m)."""
 SINGLE_READS = 16
 """Links that are read one by one in a state, until the frames of all are computed."""
 

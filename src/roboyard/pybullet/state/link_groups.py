@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from struct import Struct
 from typing import TYPE_CHECKING, Any
 
@@ -200,11 +201,18 @@ class SceneBoxes:
         """
         data, tables = world.live_data, zip(*arrays, strict=True)
         self._world = world
-        self._arrays = kernels.BOXES.of(kernels.Boxes(data.xpos, data.xquat, *map(np.concatenate, tables)))
+        frames, boxes, rows = map(np.concatenate, tables)
+        reaches = kernels.reaches_of(frames, boxes)
+        self._arrays = kernels.BOXES.of(kernels.Boxes(data.xpos, data.xquat, frames, boxes, rows, reaches))
         self._owners = [(record.number, link - 1) for record in records for link in range(len(record.rows))]
         self._found = np.zeros(6), np.zeros(len(self._owners), np.int64)
         self._words = self._found[1].data.cast("B")
         self._answers: dict[bytes, tuple[tuple[int, int], ...]] = {}  # by the places that were found
+        if "overlaps" in world.prepared:
+            world.prepared["overlaps"][0] = (
+                *(world, partial(world.link_frames, keeps_last=True), data.xpos, data.xquat, frames, boxes),
+                *(rows, reaches, *self._found, tuple(self._owners)),
+            )
 
     def inside(self, low: Vector3, high: Vector3, margin: float) -> tuple[tuple[int, int], ...]:
         """Return body and link of those with shapes whose boxes overlap one with (3,) corners (m).

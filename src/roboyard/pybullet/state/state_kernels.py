@@ -11,6 +11,7 @@ from roboyard.native import Bundle, compiled, record
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.sim.stepping.impulses.contact_row_kernels import NUMBERED
 from roboyard.sim.stepping.impulses.records import ORDERED
+from roboyard.transforms import Array
 
 NUMBER, LINK, KIND, ID, PLACES = range(5)
 """Columns of what is known of a geom: its body's number, its link, -1 for the base, the link's kind of
@@ -206,9 +207,20 @@ class Boxes(NamedTuple):
     boxes: Any
     rows: Any
     """(n,) rows of the links in xpos."""
+    reaches: Any
+    """(n,) lengths (m) from the origin of a link's frame to the farthest point of its box, infinite for a
+    plane, and -1 for a link without shapes."""
 
 
-BOXES = Bundle((record(Boxes, "f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] i8[::1]"),))
+BOXES = Bundle((record(Boxes, "f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] i8[::1] f8[::1]"),))
+
+
+def reaches_of(frames: Array, boxes: Array) -> Array:
+    """Return `Boxes.reaches` of (n, 7) inertial frames and (n, 8) boxes, a little larger."""
+    corners = np.maximum(np.abs(boxes[:, :3]), np.abs(boxes[:, 3:6]))
+    found = np.linalg.norm(frames[:, :3], axis=1) + np.linalg.norm(corners, axis=1)
+    found = np.where(boxes[:, 6] == 2.0, np.inf, found * (1.0 + 1e-9) + 1e-9)
+    return np.where(boxes[:, 7] == 0.0, -1.0, found)
 
 
 @compiled(BOXES, "f8 f8 f8 f8 f8 f8 f8 f8[::1] i8[::1] -> i8")
@@ -217,13 +229,26 @@ def links_in_box(arrays, ax, ay, az, bx, by, bz, margin, box, found):  # pragma:
 
     ax to bz: lower and upper corner, which the margin is added to (m). box: (6,) scratch.
     """
-    boxes, rows = arrays.boxes, arrays.rows
+    return write_links_in_box(
+        *(arrays.xpos, arrays.xquat, arrays.frames, arrays.boxes, arrays.rows, arrays.reaches),
+        *(ax, ay, az, bx, by, bz, margin, box, found),
+    )
+
+
+def write_links_in_box(
+    xpos, xquat, frames, boxes, rows, reaches, ax, ay, az, bx, by, bz, margin, box, found
+):  # pragma: no cover
+    """`links_in_box` as a part of machine code."""
     ax, ay, az, bx, by, bz = ax - margin, ay - margin, az - margin, bx + margin, by + margin, bz + margin
     count = 0
     for link in range(len(rows) - 1, -1, -1):
-        if boxes[link, 7] == 0.0:
+        row, reach = rows[link], reaches[link]
+        x, y, z = xpos[row, 0], xpos[row, 1], xpos[row, 2]
+        if x - reach > bx or y - reach > by or z - reach > bz:
             continue
-        write_box(arrays.xpos, arrays.xquat, arrays.frames, boxes, rows[link], link, box)
+        if reach < 0.0 or x + reach < ax or y + reach < ay or z + reach < az:
+            continue
+        write_box(xpos, xquat, frames, boxes, row, link, box)
         is_below = box[0] <= bx and box[1] <= by and box[2] <= bz
         if is_below and box[3] >= ax and box[4] >= ay and box[5] >= az:
             found[count] = link

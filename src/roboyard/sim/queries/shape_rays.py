@@ -74,12 +74,33 @@ def ray_shapes(model: Any, data: Any, groups: np.ndarray) -> Any:
     )
 
 
-def _is_hidden(shapes, geom):  # pragma: no cover
+def is_hidden(shapes, geom):  # pragma: no cover
     """Return whether a shape is invisible, which MuJoCo's rays pass."""
     material = shapes.geom_matid[geom]
     if material >= 0:
         return shapes.mat_rgba[material, 3] == 0.0
     return shapes.geom_rgba[geom, 3] == 0.0
+
+
+def distance_on_ray(shapes, geom, start, direction, normal):  # pragma: no cover
+    """Return the distance (m) at which a ray meets a shape, negative where it does not, and its normal.
+
+    start, direction, normal: addresses of three numbers.
+    """
+    kind = shapes.geom_type[geom]
+    if kind == MESH:
+        return mj_rayMesh(shapes.model, shapes.data, geom, start, direction, normal)
+    if kind == HEIGHTFIELD:
+        return mj_rayHfield(shapes.model, shapes.data, geom, start, direction, normal)
+    return mju_rayGeom(
+        shapes.geom_xpos.ctypes.data + _VECTOR * geom,
+        shapes.geom_xmat.ctypes.data + 3 * _VECTOR * geom,
+        shapes.geom_size.ctypes.data + _VECTOR * geom,
+        start,
+        direction,
+        kind,
+        normal,
+    )
 
 
 def first_on_ray(shapes, work, place, length):  # pragma: no cover
@@ -101,23 +122,9 @@ def first_on_ray(shapes, work, place, length):  # pragma: no cover
                 continue
             if along < -reach or along - reach > min(nearest, length):
                 continue
-        if _is_hidden(shapes, geom):
+        if is_hidden(shapes, geom):
             continue
-        kind = shapes.geom_type[geom]
-        if kind == MESH:
-            distance = mj_rayMesh(shapes.model, shapes.data, geom, start, direction, normal)
-        elif kind == HEIGHTFIELD:
-            distance = mj_rayHfield(shapes.model, shapes.data, geom, start, direction, normal)
-        else:
-            distance = mju_rayGeom(
-                places.ctypes.data + _VECTOR * geom,
-                shapes.geom_xmat.ctypes.data + 3 * _VECTOR * geom,
-                shapes.geom_size.ctypes.data + _VECTOR * geom,
-                start,
-                direction,
-                kind,
-                normal,
-            )
+        distance = distance_on_ray(shapes, geom, start, direction, normal)
         if 0.0 <= distance < nearest or (distance == nearest and geom < found):
             nearest, found = distance, geom
             for k in range(3):

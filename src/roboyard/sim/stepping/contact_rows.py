@@ -61,7 +61,13 @@ def first_half(lengths: np.ndarray | None, welds: np.ndarray | None, model: Any,
 
 
 def find_with_welds(welds: np.ndarray | None, model: Any, data: Any) -> None:
-    """Do what mj_collision does, with links that are fixed to each other as `touching_welds` has them."""
+    """Do what mj_collision does, with links that are fixed to each other as `touching_welds` has them.
+
+    Args:
+        welds: (2, nbody) that it returned; None for MuJoCo's own.
+        model: MjModel, whose arrays are exchanged during the call.
+        data: its MjData.
+    """
     if welds is None:
         mujoco.mj_collision(model, data)
         return

@@ -1,0 +1,157 @@
+"""rayTest and rayTestBatch as machine code, for rays in lists that meet all shapes; see `fast_entries`.
+
+It reads the points into arrays, calls a compiled loop that finds the first shape of each, and makes tuples
+of what that has written. Anything else, such as a filter, a hit's number or an array of points, goes to the
+Python functions.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from roboyard._records import NamedTuple
+from roboyard.native.entry_parts import PLAIN, parts
+from roboyard.native.fronts import Front
+from roboyard.native.signatures import EntrySignature
+from roboyard.pybullet.fast.fast_entries import PARTS
+
+
+class RayState(NamedTuple):
+    """State of a command; the machine code has the same order."""
+
+    command: Any
+    prepared: Any
+    is_batch: bool
+    none: None = None
+    true: bool = True
+    zero: int = 0
+    """Also the key of what is prepared of the whole scene."""
+    number: float = 0.0
+    listed: list[Any] = []  # noqa: RUF012 - of which the type is read
+    moved: str = "is_moved"
+    groups: str = "groups"
+    miss: tuple[Any, ...] = (-1, -1, 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+_SOURCE = f"""{PARTS}
+COMMAND, PREPARED, IS_BATCH, NONE, TRUE, WHOLE, NUMBER, LISTED, MOVED, GROUPS, MISS = range(3, 14)
+WORLD, FILTERS, UPDATE, LOOP, SHAPES, MOST, STARTS, ENDS, GEOMS, HITS, OWNERS = range(3, 14)
+{parts(PLAIN)}
+@part
+def first_of(state, values, length):
+    if word(values, KIND) == word(word(state, LISTED), KIND):
+        return word(values, ITEMS) if word(values, SIZE) == length else 0
+    is_tuple = word(values, KIND) == word(word(state, MISS), KIND)
+    return values + 8 * ITEMS if is_tuple and word(values, SIZE) == length else 0
+
+@part
+def is_read(state, values, into, row):
+    place = first_of(state, values, 3)
+    if place == 0 and not has_length(values, 3):
+        return False
+    total = 0.0
+    for k in range(3):
+        into[row, k] = plain(state, word(place, k)) if place != 0 else item(values, k)
+        total += into[row, k]
+    return total - total == 0.0
+
+@part
+def rays_in(state, scene, given):
+    starts, ends = matrix(word(scene, STARTS)), matrix(word(scene, ENDS))
+    if word(state, IS_BATCH) != word(state, TRUE):
+        fits = is_read(state, given[1], starts, 0) and is_read(state, given[2], ends, 0)
+        return 1 if fits else 0
+    count = PySequence_Size(given[1])
+    if count < 0:
+        PyErr_Clear()
+    if count < 1 or count > len(starts):
+        return 0
+    first, last = first_of(state, given[1], count), first_of(state, given[2], count)
+    if first == 0 or last == 0:
+        return 0
+    for row in range(count):
+        if not is_read(state, word(first, row), starts, row):
+            return 0
+        if not is_read(state, word(last, row), ends, row):
+            return 0
+    return count
+
+@part
+def has_defaults(state, given, count):
+    is_batch = word(state, IS_BATCH) == word(state, TRUE)
+    for place in range(3, count):
+        kind = word(given[place], KIND)
+        if is_batch and place == 8 and kind == word(word(state, NUMBER), KIND):
+            continue
+        if kind != word(word(state, WHOLE), KIND):
+            return False
+        is_free = is_batch and (place == 3 or place == 5 or place == 8)
+        if not is_free and plain(state, given[place]) != -1.0:
+            return False
+    return True
+
+@part
+def triple(values, row, first):
+    made = PyTuple_New(3)
+    for k in range(3):
+        PyTuple_SetItem(made, k, PyFloat_FromDouble(values[row, first + k]))
+    return made
+
+@part
+def hit(state, scene, row):
+    geoms, hits = integers(word(scene, GEOMS)), matrix(word(scene, HITS))
+    if geoms[row] < 0:
+        Py_IncRef(word(state, MISS))
+        return word(state, MISS)
+    owners, made = integers(word(scene, OWNERS)), PyTuple_New(5)
+    PyTuple_SetItem(made, 0, PyLong_FromLongLong(owners[2 * geoms[row]]))
+    PyTuple_SetItem(made, 1, PyLong_FromLongLong(owners[2 * geoms[row] + 1]))
+    PyTuple_SetItem(made, 2, PyFloat_FromDouble(hits[row, 0]))
+    PyTuple_SetItem(made, 3, triple(hits, row, 1))
+    PyTuple_SetItem(made, 4, triple(hits, row, 4))
+    return made
+
+@part
+def is_cast(state, scene, rays):
+    passed = words()
+    if attribute(word(scene, WORLD), word(state, MOVED)) == word(state, TRUE):
+        done = PyObject_Vectorcall(word(scene, UPDATE), passed, 0, 0)
+        if done == 0:
+            PyErr_Clear()
+            return False
+        Py_DecRef(done)
+    made = PyLong_FromLongLong(rays)
+    passed[0], passed[1], passed[2] = word(scene, SHAPES), made, word(scene, MOST)
+    done = PyObject_Vectorcall(word(scene, LOOP), passed, 3, 0)
+    Py_DecRef(made)
+    if done == 0:
+        PyErr_Clear()
+        return False
+    Py_DecRef(done)
+    return True
+
+def entry(state, given, count, keywords):
+    fits = keywords == 0 and 3 <= count <= (9 if word(state, IS_BATCH) == word(state, TRUE) else 5)
+    scene = prepared(state, given[0], word(state, WHOLE)) if fits and has_defaults(state, given, count) else 0
+    if scene != 0:
+        groups = attribute(word(scene, FILTERS), word(state, GROUPS))
+        Py_IncRef(scene)
+        rays = rays_in(state, scene, given) if groups != 0 and PyDict_Size(groups) == 0 else 0
+        if rays > 0 and is_cast(state, scene, rays):
+            made = PyTuple_New(rays)
+            for row in range(rays):
+                PyTuple_SetItem(made, row, hit(state, scene, row))
+            Py_DecRef(scene)
+            return made
+        Py_DecRef(scene)
+    return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+"""
+
+
+def ray_call() -> None:
+    """Do nothing: the machine code is stored beside the code of this file."""
+
+
+RAYS = Front(ray_call, EntrySignature(_SOURCE))
+"""rayTest and rayTestBatch."""
+vars(ray_call)["front"] = RAYS
