@@ -26,7 +26,8 @@ from roboyard.pybullet.fast.dynamics_writes import (
     prepare_mass,
     prepare_restitution,
 )
-from roboyard.pybullet.fast.fast_commands import PAIR, SIGNED_PAIR, replace_properties
+from roboyard.pybullet.fast.fast_commands import replace_properties
+from roboyard.pybullet.fast.pairs import PAIR, SIGNED_PAIR
 from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
 from roboyard.sim.build.masses import LEAST_SHARE
 

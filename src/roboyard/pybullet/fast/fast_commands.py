@@ -16,8 +16,6 @@ from roboyard.pybullet.face.direct_calls import MOST, PREPARED, START
 
 FEW = 100
 """After so many calls of a command its stored machine code is loaded, which takes as long as they do."""
-PAIR, SIGNED_PAIR = -2, -3
-"""Lengths of an argument that belongs together with the next one: both of at least 0, or any."""
 _log = LazyLogger("roboyard")
 
 

@@ -20,7 +20,7 @@ from roboyard._records import NamedTuple
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
-from roboyard.pybullet.fast.fast_commands import PAIR
+from roboyard.pybullet.fast.pairs import PAIR
 
 IGNORED = "ignored"
 """In place of a function: the argument changes nothing."""
