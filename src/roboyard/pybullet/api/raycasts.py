@@ -234,18 +234,21 @@ def _cast(
             _numbered_hit(scene, tuple(start), tuple(end), mask, wanted)
             for start, end in zip(np.asarray(starts).tolist(), np.asarray(ends).tolist(), strict=True)
         )
-    if is_machine_code("rayTest") or is_machine_code("rayTestBatch"):
+    if mask == -1 and (is_machine_code("rayTest") or is_machine_code("rayTestBatch")):
         _prepare(scene)
-    hits, places = [], scene.place_of
-    for geom, (fraction, x, y, z, i, j, k) in zip(
-        room.geoms[:count].tolist(), room.hits[:count].tolist(), strict=True
-    ):
-        if geom < 0:
-            hits.append(_MISS)
-        else:
-            number_, link, _ = places(geom)
-            hits.append((number_, link, fraction, (x, y, z), (i, j, k)))
-    return tuple(hits)
+    if count == 1:
+        return (_hit_of(scene, room.geoms.item(0), room.hits[0].tolist()),)
+    found = zip(room.geoms[:count].tolist(), room.hits[:count].tolist(), strict=True)
+    return tuple(_hit_of(scene, geom, numbers) for geom, numbers in found)
+
+
+def _hit_of(scene: PhysicsScene, geom: int, numbers: list[float]) -> Hit:
+    """Return a hit of a MuJoCo geom, -1 for none, from its (7,) fraction, point (m) and normal."""
+    if geom < 0:
+        return _MISS
+    fraction, x, y, z, i, j, k = numbers
+    number_, link, _ = scene.place_of(geom)
+    return number_, link, fraction, (x, y, z), (i, j, k)
 
 
 def _prepare(scene: PhysicsScene) -> None:

@@ -107,7 +107,10 @@ class MarginShapes:
             bundle = kernels.FIRST.of(shapes, cores, room)
             known = self._bundles[mask] = None if groups is None else groups.copy(), bundle
         room = known[1].records[2]
-        room.starts[:count], room.ends[:count] = starts, ends
+        if count == 1:
+            room.starts[0], room.ends[0] = starts[0], ends[0]
+        else:
+            room.starts[:count], room.ends[:count] = starts, ends
         kernels.enter_first(known[1], count, MOST_GRAZING)
         return room
 
