@@ -235,7 +235,7 @@ def _gather(shapes: Sequence[RenderShape], revision: int, before: SceneArrays | 
 
 
 def _are_same(images: Sequence[NDArray[np.uint8]], others: Sequence[NDArray[np.uint8]]) -> bool:
-    """Return whether images are the same objects, whose pixels nobody can have changed."""
+    """Return whether images are the same objects, whose pixels cannot have changed."""
     return len(images) == len(others) and all(
         one is other and not one.flags.writeable for one, other in zip(images, others, strict=True)
     )

@@ -21,7 +21,7 @@ Key = tuple[LinkKey, LinkKey]
 
 @dataclass(kw_only=True, slots=True)
 class GroupChange:
-    """What changes with the group of a link."""
+    """Changes that follow from a new group of a link."""
 
     added: set[Key] = field(default_factory=set)
     """Pairs that are excluded for their groups now."""
@@ -53,7 +53,7 @@ class LinkGroups:
         self._apart: dict[LinkKey, None] = {}
         """Links with a group that are excluded pair by pair."""
         self._enabled: dict[LinkKey, set[LinkKey]] = {}
-        """Links that collide whatever their groups."""
+        """Links that collide in spite of their groups."""
         self._partners: dict[LinkKey, set[LinkKey]] = {}
         """Links that a link is excluded with."""
         self._in_spec: dict[LinkKey, tuple[int, int]] = {}
@@ -80,7 +80,7 @@ class LinkGroups:
         return self._update(changed)
 
     def enable(self, one: LinkKey, other: LinkKey, *, collide: bool) -> GroupChange:
-        """Let two links collide whatever their groups, or as these say."""
+        """Let two links collide in spite of their groups, or as these say."""
         for key, partner in ((one, other), (other, one)):
             known = self._enabled.setdefault(key, set())
             (known.add if collide else known.discard)(partner)

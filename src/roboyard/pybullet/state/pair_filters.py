@@ -162,7 +162,7 @@ class PairFilters:
                     self._apply_to(place)
 
     def _apply_to(self, place: Place) -> None:
-        """Give the World the group and mask of a link; fixed bases differ where any group tells them."""
+        """Give the World the group and mask of a link; fixed bases differ where any group depends on that."""
         link = self._link(*place)
         if link is not None:
             given = self.groups.get(place)

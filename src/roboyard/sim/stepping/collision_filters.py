@@ -37,7 +37,7 @@ class CollisionFilters:
         self._excluded: set[Key] = set()
         """All pairs that need an exclusion."""
         self._disabled: set[Key] = set()
-        """Those that do not collide whatever their groups."""
+        """Those that do not collide, with any groups."""
         self._by_groups: set[Key] = set()
         """Those that do not collide for their groups."""
         self._elements: dict[Key, Any] = {}
@@ -58,7 +58,7 @@ class CollisionFilters:
         return code_masks(self._next)
 
     def set(self, a: Link, b: Link, *, collide: bool) -> None:
-        """Let two links collide whatever their groups, or not."""
+        """Let two links collide in spite of their groups, or not."""
         one, other = (a.body.id, a.index), (b.body.id, b.index)
         pair = {in_order(one, other)}
         if collide:
@@ -81,7 +81,7 @@ class CollisionFilters:
         self._apply(self._groups.set((link.body.id, link.index), (group, mask)))
 
     def collides(self, a: Link, b: Link) -> bool:
-        """Return whether a pair is not disabled, whatever the groups of both."""
+        """Return whether a pair is not disabled, without regard to the groups of both."""
         return in_order((a.body.id, a.index), (b.body.id, b.index)) not in self._disabled
 
     def _apply(self, change: GroupChange, pairs: Iterable[Key] = ()) -> None:
