@@ -331,6 +331,22 @@ class BodyRecord:
         name = f"first frames {options}"
         return of_model(self.model, name, lambda model: first_frames(model.links, **options))
 
+    def is_where_it_was_loaded(self, model: Any, data: Any) -> bool:
+        """Return whether a body of one link, whose shapes Bullet adds where they are, has not moved yet."""
+        first = self.first_pose
+        if first is None or len(self.links) != 1:
+            return False
+        if self.model.fixed_base:
+            return self.body.built.is_ground
+        if not of_model(self.model, "adds shapes in place", lambda _: self._adds_in_place()):
+            return False
+        place = model.jnt_qposadr.item(model.body_jntadr.item(self.body.mujoco_ids.item(0)))
+        x, y, z, w, i, j, k = data.qpos[place : place + 7].tolist()
+        return (x, y, z, i, j, k, w) == first
+
+    def _adds_in_place(self) -> bool:
+        return bool(np.array_equal(self.first_frames()[0], np.eye(4)))
+
     def _place_shapes(self, rows: Sequence[Sequence[int]]) -> PlacedShapes:
         from roboyard.pybullet.bullet_rules.contact_reaches import place_shapes
 

@@ -423,17 +423,22 @@ class PhysicsScene:
         return self._shape_numbers()[2]
 
     def first_boxes(self, bodies: Sequence[int]) -> tuple[Any, Any]:
-        """Return geoms (n,) of bodies, by their ids in the World, and (n, 6) boxes at first (m)."""
-        from roboyard.pybullet.bullet_rules.contact_reaches import first_boxes
+        """Return geoms (n,) of bodies, by their ids in the World, and (n, 6) boxes at first (m).
 
-        model = self.world.live_model
+        Those of bodies whose boxes are as they were at first are left out.
+        """
+        model, data = self.world.live_model, self.world.live_data
         records = [self._records_by_world_id[key] for key in bodies if key in self._records_by_world_id]
         found = [
             (record.forms(model), record.links_of_shapes(), record.first_frames(), record.first_pose)
             for record in records
-            if record.first_pose is not None
+            if record.first_pose is not None and not record.is_where_it_was_loaded(model, data)
         ]
-        return first_boxes(found) if found else (np.zeros(0, np.intp), np.zeros((0, 6)))
+        if not found:
+            return np.zeros(0, np.intp), np.zeros((0, 6))
+        from roboyard.pybullet.bullet_rules.contact_reaches import first_boxes
+
+        return first_boxes(found)
 
     def _shape_numbers(self) -> Numbers:
         """Return margins, reaches and forms of all shapes."""
