@@ -425,7 +425,7 @@ class PhysicsScene:
     def first_boxes(self, bodies: Sequence[int]) -> tuple[Any, Any]:
         """Return geoms (n,) of bodies, by their ids in the World, and (n, 6) boxes at first (m).
 
-        Those of bodies whose boxes are as they were at first are left out.
+        Bodies whose boxes are as they were at first are skipped.
         """
         model, data = self.world.live_model, self.world.live_data
         records = [self._records_by_world_id[key] for key in bodies if key in self._records_by_world_id]
