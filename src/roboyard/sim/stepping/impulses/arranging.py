@@ -7,9 +7,9 @@ import numpy as np
 from roboyard.sim.stepping.impulses.contact_jacobian import write_contact_rows
 from roboyard.sim.stepping.impulses.contact_order import order_contacts
 from roboyard.sim.stepping.impulses.entries import copy_entries, entry_of, place_of
-from roboyard.sim.stepping.impulses.grouping import gather_groups
+from roboyard.sim.stepping.impulses.grouping import gather_groups, order_parts
 from roboyard.sim.stepping.impulses.point_pairs import push_at_points
-from roboyard.sim.stepping.impulses.records import TAKEN_UP, WITHOUT_CONTACTS
+from roboyard.sim.stepping.impulses.records import SORTED, TAKEN_UP, WITHOUT_CONTACTS
 from roboyard.sim.stepping.impulses.rows import choose_trees, order_rows
 from roboyard.sim.stepping.impulses.slide_directions import turn_slides
 
@@ -32,6 +32,9 @@ def arrange(rows, contacts, search, mechanism, state, points, surface, solver, w
     left = order_contacts(
         contacts, geom.shape[0], mechanism, state, surface, points, solver.groups
     )  # fmt: skip
+    if points.notes[SORTED] == 1:
+        order_parts(mechanism, points, solver.groups)
+        points.notes[SORTED] = 2
     sequence = points.sequence[: points.notes[TAKEN_UP]]
     found = order_rows(
         kind, index, geom, address, contacts.dim, mechanism.geom_tree, mechanism.dof_tree,

@@ -74,7 +74,7 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
     list_chain(points, others)
     if notes[SORTED] == 0:
         group_pairs(mechanism, points, ranks, groups)
-        sort_pairs(work, ranks)
+        sort_by_groups(work[RANK], work[GROUP], work[RANGE_START], work[RANGE_END], ranks)
         notes[SORTED] = 1
     for place in range(ranks):
         n = work[HEAD, work[RANK, place]]
@@ -163,15 +163,18 @@ def root_of(groups, place):
     return place
 
 
-def sort_pairs(work, count):
-    """Sort pairs by their groups, by Hoare's partition about the middle one."""
-    pairs, group, ranges = work[RANK], work[GROUP], 0
+def sort_by_groups(items, group, starts, stops, count):
+    """Sort items by their groups, by Hoare's partition about the middle one.
+
+    starts, stops: work arrays, as long as there are items.
+    """
+    ranges = 0
     if count > 1:
-        work[RANGE_START, 0], work[RANGE_END, 0] = 0, count - 1
+        starts[0], stops[0] = 0, count - 1
         ranges = 1
     while ranges > 0:
         ranges -= 1
-        low, high = work[RANGE_START, ranges], work[RANGE_END, ranges]
+        low, high = starts[ranges], stops[ranges]
         pivot = group[(low + high) // 2]
         i, j = low, high
         while i <= j:
@@ -180,13 +183,13 @@ def sort_pairs(work, count):
             while group[j] > pivot:
                 j -= 1
             if i <= j:
-                pairs[i], pairs[j] = pairs[j], pairs[i]
+                items[i], items[j] = items[j], items[i]
                 group[i], group[j] = group[j], group[i]
                 i += 1
                 j -= 1
         if low < j:
-            work[RANGE_START, ranges], work[RANGE_END, ranges] = low, j
+            starts[ranges], stops[ranges] = low, j
             ranges += 1
         if i < high:
-            work[RANGE_START, ranges], work[RANGE_END, ranges] = i, high
+            starts[ranges], stops[ranges] = i, high
             ranges += 1

@@ -6,10 +6,52 @@ with an arm beside it that needs many.
 
 from __future__ import annotations
 
-from roboyard.sim.stepping.impulses.contact_order import root_of
+from roboyard.sim.stepping.impulses.contact_order import root_of, sort_by_groups
+from roboyard.sim.stepping.impulses.records import (
+    EQUALITY,
+    EQUALITY_ROWS,
+    LIMIT,
+    PART_END,
+    PART_GROUP,
+    PART_INDEX,
+    PART_KIND,
+    PART_RANK,
+    PART_SIZE,
+    PART_START,
+    PART_TREE,
+)  # fmt: skip
 
 KINDS = 5
 """Kinds of rows: of joints and equalities, normals, spinning, rolling and sliding."""
+
+
+def order_parts(mechanism, points, groups):  # pragma: no cover
+    """Write the first row of each joint limit, motor and equality in the order of solution.
+
+    Bullet sorts them by groups of bodies whose boxes met, with a quicksort that leaves equals in another
+    order than it finds them. groups: (ntree,) of `group_pairs`.
+    """
+    parts, count = mechanism.parts, 0
+    while parts[PART_KIND, count] >= 0:
+        tree = parts[PART_TREE, count]
+        parts[PART_RANK, count] = count
+        parts[PART_GROUP, count] = root_of(groups, points.tree_places[tree]) if tree >= 0 else -1
+        count += 1
+    sort_by_groups(parts[PART_RANK], parts[PART_GROUP], parts[PART_START], parts[PART_END], count)
+    place = 0
+    for rank in range(count):
+        part = parts[PART_RANK, rank]
+        kind, index = parts[PART_KIND, part], parts[PART_INDEX, part]
+        if kind == EQUALITY:
+            mechanism.equality_slot[index] = place
+            place += EQUALITY_ROWS
+        elif kind == LIMIT:
+            mechanism.limit_slot[index] = place
+            place += 2
+        else:
+            for k in range(parts[PART_SIZE, part]):
+                mechanism.slot[index + k] = place
+                place += 1
 
 
 def gather_groups(mechanism, points, solver, has_groups):  # pragma: no cover

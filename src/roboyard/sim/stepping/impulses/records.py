@@ -33,6 +33,11 @@ WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
     ORDERED, NOTES,
 ) = range(15)  # fmt: skip
 """Places in `Points.notes`."""
+PART_KIND, PART_INDEX, PART_SIZE, PART_TREE, PART_RANK, PART_GROUP, PART_START, PART_END, PART = range(9)
+"""Rows of `Mechanism.parts`: kind, first degree of freedom or equality, number of rows of a motor, tree; then
+those that `order_parts` sorts: numbers of the parts, their groups, and ends of ranges to be sorted."""
+LIMIT, MOTOR, EQUALITY = range(3)
+"""Kinds of parts."""
 HIDDEN = -2
 """In place of a rank: of two links of a body that never touch, but are a pair in Bullet's broad phase."""
 RANK, GROUP, HEAD, RANGE_START, RANGE_END, WORK = range(6)
@@ -120,6 +125,9 @@ class Mechanism(NamedTuple):
     """(nv,) place of each motor in the order of solution, -1 for none."""
     limit_slot: np.ndarray
     """(nv,) place of each limit, which has two, -1 for none."""
+    parts: np.ndarray
+    """(PART, n) joint limits, motors and equalities in the order in which Bullet adds them, then -1; see
+    PART_KIND."""
     equality_order: np.ndarray
     """(neq,) equalities in the order in which they were made, then -1."""
     equality_slot: np.ndarray
@@ -207,9 +215,9 @@ class Points(NamedTuple):
     notes: np.ndarray
     """(14,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
     of contacts moved to anchors; numbers of pairs whose boxes meet and of those with ranks, the next to be
-    checked, 1 where there was no room for one, 1 where `table` is to be filled, 1 where `work` is sorted,
-    length of the sequence, number of geoms of bodies, number of ranges in `refreshed`, length of
-    `listing`."""
+    checked, 1 where there was no room for one, 1 where `table` is to be filled, 1 where `work` is sorted and
+    2 where parts of the mechanism are, too, length of the sequence, number of geoms of bodies, number of
+    ranges in `refreshed`, length of `listing`."""
 
 
 class Surface(NamedTuple):
@@ -288,7 +296,8 @@ MECHANISM = record(
     "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]"
     " i4[::1] f8[:,::1] u1[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] f8[:,::1] f8[:,::1]"
     " i4[::1] i4[::1] i4[::1]"
-    " i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[::1] f8[:,::1] f8[::1]",
+    " i4[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[::1] f8[:,::1]"
+    " f8[::1]",
 )
 STATE = record(
     State,

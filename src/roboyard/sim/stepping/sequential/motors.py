@@ -29,6 +29,7 @@ from roboyard.sim.stepping.narrow_phase.kept_fields import kept_fields
 from roboyard.sim.stepping.sequential import solver_arrays as arrays
 from roboyard.sim.stepping.sequential.solution_order import (
     BodyParts,
+    list_parts,
     number_places,
     parts_of,
     solution_order,
@@ -415,12 +416,16 @@ class SequentialMotors:
         if found is None:
             bodies = list(self._parts.values())
             places = number_places(solution_order(bodies, equalities, tree), slot, limit_slot, equality_slot)
-            orders[made_from] = places, slot.copy(), limit_slot.copy(), equality_slot.copy()
+            parts = list_parts(bodies, equalities, tree, model.dof_treeid)
+            orders[made_from] = places, parts, slot.copy(), limit_slot.copy(), equality_slot.copy()
             while len(orders) > _ORDERS:
                 del orders[next(iter(orders))]
         else:
-            places = found[0]
-            slot[:], limit_slot[:], equality_slot[:] = found[1:]
+            places, parts = found[:2]
+            slot[:], limit_slot[:], equality_slot[:] = found[2:]
+        count = parts.shape[1]
+        mechanism.parts[: len(parts), :count] = parts
+        mechanism.parts[r.PART_KIND, count] = -1
         if len(tree):
             mechanism.equality_order[:] = -1
             mechanism.equality_order[: len(equalities)] = equalities

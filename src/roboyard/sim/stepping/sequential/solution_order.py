@@ -9,8 +9,7 @@ import numpy as np
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.stepping.impulses import records as r
-
-LIMIT, MOTOR, EQUALITY = range(3)
+from roboyard.sim.stepping.impulses.records import EQUALITY, LIMIT, MOTOR
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,6 +42,8 @@ def solution_order(
 ) -> list[tuple[int, int]]:
     """Return joint limits, motors and equalities in Bullet's order: (dof or equality, kind).
 
+    This is the order as long as no boxes of bodies meet; see `order_parts` for that of a step.
+
     Each body has its limits when it is loaded and its motors then, joint by joint, constraints follow; Bullet
     sorts them by groups of bodies that constraints connect, with a quicksort that leaves equals in another
     order than it finds them. The three rows of a spherical joint's motor stay together.
@@ -69,6 +70,31 @@ def solution_order(
     items += [(group[place], range(equality, equality + 1), EQUALITY) for place, equality in members]
     quicksort(items)
     return [(index, kind) for _, indices, kind in items for index in indices]
+
+
+def list_parts(
+    bodies: list[BodyParts], equalities: list[int], equality_tree: np.ndarray, dof_tree: np.ndarray
+) -> np.ndarray:
+    """Return (4, n) int32 kind, first dof or equality, number of rows of a motor, and tree of all parts.
+
+    They are in the order in which Bullet adds them. Equalities that it does not solve are left out.
+
+    Args:
+        bodies: as for `solution_order`, with the next two.
+        dof_tree: (nv,) trees.
+    """
+    rows = list[tuple[int, int, int]]()
+    for body in bodies:
+        rows += [(LIMIT, dof, 1) for dof in body.limits]
+        rows += [(MOTOR, dofs.start, len(dofs)) for dofs in body.motors]
+    trees = [dof_tree.item(dof) for _, dof, _ in rows]
+    known = {tree for body in bodies for tree in body.trees}
+    for equality, ends in zip(equalities, equality_tree[equalities].tolist(), strict=True):
+        found = [tree for tree in ends if tree in known]
+        if found:
+            rows.append((EQUALITY, equality, 1))
+            trees.append(found[0])
+    return np.array([*zip(*rows, strict=True), trees] if rows else np.zeros((4, 0)), np.int32)
 
 
 def quicksort(items: list[tuple[int, Any, int]]) -> None:

@@ -49,6 +49,7 @@ def of_model(model: Any) -> r.Mechanism:
         factor_column=model.M_colind,
         slot=np.full(nv, -1, np.int32),
         limit_slot=np.full(nv, -1, np.int32),
+        parts=np.full((r.PART, 2 * model.njnt + neq + 1), -1, np.int32),
         equality_order=np.full(neq, -1, np.int32),
         equality_slot=np.full(neq, -1, np.int32),
         equality_tree=np.full((neq, 2), -2, np.int32),
