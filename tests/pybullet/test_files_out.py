@@ -116,11 +116,29 @@ def test_mesh_data_is_the_hull_in_the_inertial_frame(client: int) -> None:
     body = p.createMultiBody(1.0, shape, baseInertialFramePosition=[1, 0, 0])
     count, vertices = p.getMeshData(body)
     assert count == len(vertices) == 8
-    assert sorted(vertices) == sorted((x + 4.0, float(y), float(z)) for x, y, z in corners)
+    np.testing.assert_allclose(sorted(vertices), sorted((x + 4, y, z) for x, y, z in corners), atol=1e-15)
     box = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[1, 1, 1]))
     assert p.getMeshData(box) == (0, ())
     with pytest.raises(p.error, match="getMeshData failed"):
         p.getMeshData(99)
+
+
+def test_mesh_data_has_the_corners_that_pybullet_rounds(client: int, tmp_path: Path) -> None:
+    """Corners of hulls, also of a file's cylinder, are at 10,216 steps over each extent; numbers of 3.2.7."""
+    (tmp_path / "c.urdf").write_text(
+        """<robot name="c"><link name="l"><inertial><mass value="1"/>
+        <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>
+        <cylinder radius="0.2" length="0.6"/></geometry></collision></link></robot>"""
+    )
+    count, found = p.getMeshData(p.loadURDF(str(tmp_path / "c.urdf")))
+    wanted = [
+        (-0.196123727486296, -0.038997650743931085, 0.3),
+        (-0.11108065779169929, 0.16628817541111982, -0.3),
+        (0.07650743931088488, 0.18476898981989037, -0.3),
+        (0.11108065779169929, 0.16628817541111982, 0.3),
+    ]
+    assert count == 64
+    np.testing.assert_allclose([sorted(found)[k] for k in (3, 20, 40, 45)], wanted, atol=1e-12)
 
 
 def test_vhacd_writes_convex_parts(client: int, tmp_path: Path) -> None:

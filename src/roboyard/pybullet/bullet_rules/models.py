@@ -182,7 +182,7 @@ def world_description(
 def _with_prisms(collisions: tuple[Collision, ...]) -> tuple[Collision, ...]:
     """Return the shapes of `split_objects` with Bullet's prisms in place of cylinders."""
     return tuple(
-        replace(shape, geometry=_prism(shape.geometry.radius, shape.geometry.length))
+        replace(shape, geometry=prism(shape.geometry.radius, shape.geometry.length))
         if isinstance(shape.geometry, Cylinder)
         else shape
         for shape in split_objects(collisions)
@@ -190,7 +190,7 @@ def _with_prisms(collisions: tuple[Collision, ...]) -> tuple[Collision, ...]:
 
 
 @cache
-def _prism(radius: float, length: float) -> Mesh:
+def prism(radius: float, length: float) -> Mesh:
     """Return the hull that Bullet makes of a file's cylinder, with the very numbers of its corners."""
     angles = [2.0 * pi * (k / CYLINDER_SIDES) for k in range(CYLINDER_SIDES)]
     points = [

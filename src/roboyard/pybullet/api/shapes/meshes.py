@@ -10,11 +10,13 @@ import numpy as np
 from roboyard.description.model import Collision, Cylinder, Mesh, Pose
 from roboyard.errors import RoboyardError
 from roboyard.pybullet.bullet_rules.mesh_objects import split_objects
+from roboyard.pybullet.bullet_rules.models import prism
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, text, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure, unavailable
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
+from roboyard.sim.physics_profile import BULLET
 from roboyard.transforms import Array, conjugate, matrix_from_quaternion, multiply, rotate
 
 if TYPE_CHECKING:
@@ -24,7 +26,6 @@ if TYPE_CHECKING:
     from roboyard.shapes.mesh import TriangleMesh
 
 _NO_MESH = "getMeshData failed"
-_CYLINDER_SIDES = 32
 _DEFAULT_HULLS = 32
 
 
@@ -82,10 +83,7 @@ def _vertices(record: BodyRecord, shape: Collision, frame: Pose) -> Array:
     if isinstance(geometry, Mesh):
         points = _mesh_vertices(geometry, concave=shape.concave)
     elif isinstance(geometry, Cylinder) and record.file and not record.model.implicit_cylinder:
-        angles = 2 * np.pi * np.arange(_CYLINDER_SIDES) / _CYLINDER_SIDES
-        ring = np.stack([np.sin(angles), np.cos(angles)], axis=1) * geometry.radius
-        ends = np.repeat([[geometry.length / 2], [-geometry.length / 2]], _CYLINDER_SIDES, axis=0)
-        points = np.hstack([np.tile(ring, (2, 1)), ends])
+        points = _mesh_vertices(prism(geometry.radius, geometry.length), concave=False)
     else:
         return np.zeros((0, 3))
     back = conjugate(frame.quaternion)
@@ -95,15 +93,15 @@ def _vertices(record: BodyRecord, shape: Collision, frame: Pose) -> Array:
 
 
 def _mesh_vertices(mesh: Mesh, *, concave: bool) -> Array:
-    from roboyard.shapes import convex_hull
-    from roboyard.sim.build.geoms import load_scaled
+    from roboyard.sim.build.geoms import is_single, load_scaled
+    from roboyard.sim.build.mesh_assets import convex_hull
 
     triangles = load_scaled(mesh, 1.0)
     if triangles is None or not len(triangles.vertices):
         return np.zeros((0, 3))
     if concave:
         return np.asarray(triangles.vertices, dtype=float)
-    return np.asarray(convex_hull(triangles, max_vertices=None).mesh.vertices, dtype=float)
+    return convex_hull(triangles, BULLET.hull_steps, single=is_single(mesh, 1.0))[0]
 
 
 @command()
