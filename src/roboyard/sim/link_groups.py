@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import field
+from functools import reduce
+from operator import or_
 from typing import Any
-
-import numpy as np
 
 from roboyard._records import dataclass
 from roboyard.sim.build.group_masks import BITS, WITHOUT, Group, Masks, code_masks, group_masks, meet
@@ -120,17 +120,9 @@ class LinkGroups:
             body = self._bodies[number]
             if body.form.links[index].link is None:
                 continue
-            rows, masks = body.geom_rows[index], self._masks_of(link)
-            if not rows:
-                continue
-            collides = (model.geom_contype[rows] | model.geom_conaffinity[rows]) != 0
-            model.geom_contype[rows] = np.where(collides, masks[0], 0)
-            model.geom_conaffinity[rows] = np.where(collides, masks[1], 0)
-            row = model.geom_bodyid[rows[0]]
-            first = model.body_geomadr[row]
-            every = slice(first, first + model.body_geomnum[row])
-            model.body_contype[row] = np.bitwise_or.reduce(model.geom_contype[every])
-            model.body_conaffinity[row] = np.bitwise_or.reduce(model.geom_conaffinity[every])
+            rows = body.geom_rows[index]
+            if rows:
+                _write_masks(model, rows, self._masks_of(link))
 
     def write_spec(self) -> bool:
         """Write the masks into the spec, which others read; return whether any were others."""
@@ -233,6 +225,19 @@ class LinkGroups:
 def in_order(one: LinkKey, other: LinkKey) -> Key:
     """Return two links in order."""
     return (one, other) if one <= other else (other, one)
+
+
+def _write_masks(model: Any, rows: Sequence[int], masks: tuple[int, int]) -> None:
+    """Write contype and conaffinity of the geoms of a link that collide, and those of its body."""
+    kinds, affinities = model.geom_contype, model.geom_conaffinity
+    for row in rows:
+        if kinds.item(row) or affinities.item(row):
+            kinds[row], affinities[row] = masks
+    body = model.geom_bodyid.item(rows[0])
+    first = model.body_geomadr.item(body)
+    every = slice(first, first + model.body_geomnum.item(body))
+    model.body_contype[body] = reduce(or_, kinds[every].tolist(), 0)
+    model.body_conaffinity[body] = reduce(or_, affinities[every].tolist(), 0)
 
 
 def _write_spec(body: EngineBody, index: int, masks: tuple[int, int]) -> None:

@@ -48,7 +48,7 @@ from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.manifold_kernels")
 edge_kernels = lazy_module("roboyard.sim.stepping.narrow_phase.edge_kernels")
-boxes = lazy_module("roboyard.sim.stepping.first_boxes")
+changes = lazy_module("roboyard.sim.stepping.manifold_changes")
 meeting_pairs = lazy_module("roboyard.sim.stepping.impulses.meeting_pairs")
 face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 
@@ -162,17 +162,10 @@ class Manifolds:
             return
         self._ended.add((body, link))
         table, count = points.notes.item(TABLE), points.notes.item(PAIRS)
-        if not count:
-            return
-        keys = points.keys[table, :count]
-        ended = bound.owners[:, 0] == body
-        if link is not None:
-            ended &= bound.owners[:, 1] == link
-        left = np.flatnonzero(~(ended[keys // len(ended)] | ended[keys % len(ended)]))
-        if len(left) < count:
-            for rows in (points.keys, points.counts, points.points):
-                rows[table, : len(left)] = rows[table, left]
-            points.notes[PAIRS] = len(left)
+        first, stop = self._ranges[(body, link)]
+        if count and first < stop:
+            kept = points.keys, points.counts, points.points, points.ages
+            points.notes[PAIRS] = changes().end_points(*kept, table, count, first, stop)
 
     def _add_refreshed(self, entry: tuple[int, int | None]) -> None:
         """Write the range of geoms of one more link, or body, whose filters changed."""
@@ -294,7 +287,7 @@ class Manifolds:
             for body, geoms in self._new.items():
                 found = first_boxes(body)
                 if found is not None:
-                    boxes().write_first_boxes(geoms, *found, points.wide, points.tight)
+                    changes().write_first_boxes(geoms, *found, points.wide, points.tight)
         self._new.clear()
 
     def move(

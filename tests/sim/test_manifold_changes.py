@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from roboyard.sim.stepping.first_boxes import write_first_boxes
+from roboyard.sim.stepping.manifold_changes import end_points, write_first_boxes
 from roboyard.sim.stepping.sequential.solver_arrays import of_model
 from roboyard.sim.stepping.sequential.weld_kernels import touching_welds
 
@@ -37,6 +37,27 @@ def test_boxes_hold_the_corners_of_shapes_where_their_body_was_made() -> None:
             )
         assert not tight[6].any()
         assert np.all(tight[[0, 1, 2, 4, 5, 7]] == 7.0)
+
+
+def test_points_of_a_range_of_geoms_end() -> None:
+    """The others stay in order, in their own table alone."""
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        geoms, count = 7, 15
+        ages = rng.permutation(geoms).astype(np.int32)
+        pairs = rng.integers(geoms, size=(2, count, 2))
+        keys = pairs[..., 0] * geoms + pairs[..., 1]
+        counts = rng.integers(5, size=(2, count)).astype(np.int32)
+        points = rng.normal(size=(2, count, 4, 17))
+        first, stop = sorted(rng.integers(geoms + 1, size=2).tolist())
+        is_in = (first <= ages) & (ages < stop)
+        wanted = [k for k in range(count - 2) if not is_in[pairs[1, k]].any()]
+        before = keys.copy(), counts.copy(), points.copy()
+        left = end_points(keys, counts, points, ages, 1, count - 2, first, stop)
+        assert left == len(wanted)
+        for now, old in zip((keys, counts, points), before, strict=True):
+            np.testing.assert_array_equal(now[1, :left], old[1, wanted])
+            np.testing.assert_array_equal(now[0], old[0])
 
 
 def test_links_that_touch_one_another_count_as_bodies_of_their_own() -> None:

@@ -1,4 +1,8 @@
-"""Boxes in which shapes were made, for the order of the pairs that they meet first."""
+"""Loops that change what is kept of pairs of shapes between steps.
+
+Those are the boxes in which new shapes were made, for the order of the pairs that they meet first, and the
+points of shapes whose filters changed.
+"""
 
 from __future__ import annotations
 
@@ -37,3 +41,24 @@ def write_first_boxes(geoms, boxes, pose, wide, tight):  # pragma: no cover
         if not known:
             for axis in range(6):
                 tight[geom, axis] = 0.0
+
+
+@compiled("i8[:,::1] i4[:,::1] f8[:,:,:,::1] i4[::1] i8 i8 i8 i8 -> i8")
+def end_points(keys, counts, points, ages, table, count, first, stop):  # pragma: no cover
+    """Remove the points of pairs one of whose geoms is in a range of the order of creation.
+
+    keys, counts, points, ages: as of `Points`, of which `count` pairs in this table have points. Returns how
+    many pairs are left; they stay in order.
+    """
+    geoms, left = ages.shape[0], 0
+    for k in range(count):
+        a, b = ages[keys[table, k] // geoms], ages[keys[table, k] % geoms]
+        if first <= a < stop or first <= b < stop:
+            continue
+        if left < k:
+            keys[table, left], counts[table, left] = keys[table, k], counts[table, k]
+            for m in range(points.shape[2]):
+                for j in range(points.shape[3]):
+                    points[table, left, m, j] = points[table, k, m, j]
+        left += 1
+    return left
