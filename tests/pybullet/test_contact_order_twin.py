@@ -15,6 +15,8 @@ from roboyard.sim.stepping.impulses.records import (
     CHECKED,
     GROUP,
     LISTED,
+    RANGE_END,
+    RANGE_START,
     RANK,
     RANKED,
     SHAPES,
@@ -267,7 +269,7 @@ def test_pairs_are_sorted_by_groups_as_items_are() -> None:
         groups = rng.integers(-1, rng.integers(1, 12), count)
         work = np.zeros((WORK, count + 1), np.int32)
         work[GROUP, :count], work[RANK, :count] = groups, np.arange(count)
-        contact_order.sort_pairs(work, count)
+        contact_order.sort_by_groups(work[RANK], work[GROUP], work[RANGE_START], work[RANGE_END], count)
         items = [(int(group), rank, 0) for rank, group in enumerate(groups)]
         quicksort(items)
         assert work[RANK, :count].tolist() == [rank for _, rank, _ in items]
