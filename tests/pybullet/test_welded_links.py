@@ -104,6 +104,32 @@ def test_fixed_links_touch_only_where_self_collision_is_asked_for(client: int, t
     )
 
 
+def test_links_of_a_closed_loop_touch_as_in_pybullet(client: int, tmp_path: Path) -> None:
+    """Links that cannot move apart push each other, and the rounds that hold the loop go on beside them."""
+    parts = [
+        *(link("base", (0.2, 0.2, 0.1)), link("mount", (0.02, 0.02, 0.02)), link("block", (0.1, 0.1, 0.1))),
+        *(link(name, (0.02, 0.02, 0.3), at=(0, 0, -0.15)) for name in ("left", "right")),
+        *(joint("fixed", "base", "mount", (0, 0, 0.3)), joint("fixed", "mount", "block", (0, 0, -0.2005))),
+        *(joint("revolute", "base", n, (x, 0.2, 0)) for n, x in (("left", 0.3), ("right", -0.3))),
+    ]
+    p.setGravity(0, 0, -10)
+    p.setPhysicsEngineParameter(numSolverIterations=30)
+    robot = load(tmp_path, parts, fixed=False, flags=p.URDF_USE_SELF_COLLISION)
+    for leg in (2, 3):
+        p.setJointMotorControl2(robot, leg, p.VELOCITY_CONTROL, force=0)
+    frames = [0, 0, 0], [-0.3, 0, -0.25], [0.3, 0, -0.27]
+    p.createConstraint(robot, 2, robot, 3, p.JOINT_POINT2POINT, *frames)
+    for _ in range(4):
+        p.stepSimulation()
+    speeds = [p.getJointState(robot, leg)[1] for leg in (2, 3)]
+    np.testing.assert_allclose(speeds, [-0.833844, -0.805071], atol=2e-6)
+    linear, angular = p.getBaseVelocity(robot)
+    np.testing.assert_allclose(linear, [-0.004291, 1e-6, -0.166618], atol=2e-6)
+    np.testing.assert_allclose(angular, [1.1e-5, 0.047309, -0.006391], atol=2e-6)
+    forces = [point[9] for point in p.getContactPoints()]
+    np.testing.assert_allclose(forces, [101.6406, 156.3827, 156.3785, 101.6329], atol=1e-3)
+
+
 def test_a_filter_ends_contacts_of_fixed_links(client: int, tmp_path: Path) -> None:
     body = step_arm(tmp_path, fixed=True, flags=p.URDF_USE_SELF_COLLISION)
     p.setCollisionFilterPair(body, body, 0, 2, 0)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from roboyard.sim.stepping.manifold_changes import end_points, write_first_boxes
 from roboyard.sim.stepping.sequential.solver_arrays import of_model
-from roboyard.sim.stepping.sequential.weld_kernels import touching_welds
+from roboyard.sim.stepping.sequential.weld_kernels import DIFFER, TOUCH, touching_welds
 
 LINKS = """<mujoco><worldbody><geom type="plane" size="1 1 1"/>
   <body><freejoint/><geom size="0.1"/>
@@ -65,10 +65,12 @@ def test_links_that_touch_one_another_count_as_bodies_of_their_own() -> None:
     model = mujoco.MjModel.from_xml_string(LINKS)
     mechanism, found = of_model(model), np.empty((2, model.nbody), np.int32)
     assert model.body_weldid.tolist() == [0, 1, 1, 1, 4, 4, 0, 0]
-    assert touching_welds(mechanism, model.body_weldid, model.body_dofnum, found) == 1
+    assert touching_welds(mechanism, model.body_weldid, model.body_dofnum, found) == DIFFER + TOUCH
     assert found.tolist() == [[0, 1, 2, 1, 4, 5, 0, 0], [0, 6, 1, 0, 1, 1, 0, 0]]
     np.testing.assert_array_equal(mechanism.geom_weld, found[0][model.geom_bodyid])
     model.geom_contype[[2, 5]] = 0
-    assert touching_welds(mechanism, model.body_weldid, model.body_dofnum, found) == 0
+    assert touching_welds(mechanism, model.body_weldid, model.body_dofnum, found) == TOUCH
     np.testing.assert_array_equal(found, [model.body_weldid, model.body_dofnum])
     np.testing.assert_array_equal(mechanism.geom_weld, model.body_weldid[model.geom_bodyid])
+    model.geom_contype[4] = 0
+    assert touching_welds(mechanism, model.body_weldid, model.body_dofnum, found) == 0

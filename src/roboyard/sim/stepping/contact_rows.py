@@ -94,6 +94,8 @@ class ContactRows:
         self._lengths: np.ndarray | None = None
         self.welds: np.ndarray | None = None
         """(2, nbody) of `touching_welds`; a new array where it changes."""
+        self.links_touch = False
+        """Whether links of a robot touch one another, of which MuJoCo leaves rows out that Bullet has."""
         self._known_welds: np.ndarray | None = None
         self._addresses: tuple[int, ...] | None = None
         """Arguments of `find_contacts` for the model and this data, none where they are not known."""
@@ -120,7 +122,7 @@ class ContactRows:
 
     def serves(self, model: Any, manifolds: Manifolds) -> bool:
         """Return whether the next step is to be executed in this way."""
-        return self.makes_joints(model) or manifolds.pair_count >= FEWEST
+        return self.makes_joints(model) or self.links_touch or manifolds.pair_count >= FEWEST
 
     def find(self, model: Any, data: Any, flags: int, lengths: np.ndarray | None) -> None:
         """Compute all that mj_step1 does but rows.

@@ -56,13 +56,14 @@ def arrange(rows, contacts, search, mechanism, state, points, surface, solver, w
     velocity = rows.velocity[at[7] : at[7] + count]
     position = rows.position[at[3] : at[3] + count]
     if not has_contacts:
-        write_contact_rows(contacts, sequence, mechanism, state, surface, points, solver)
+        write_contact_rows(contacts, sequence, mechanism, state, surface, points, solver, 0)
     else:
         if found + left == count and surface.boxes.shape[0] > 0:
             turn_slides(contacts, sequence, mechanism, surface, points, solver, velocity)
         slide_on_margins(geom, address, sequence, contacts, mechanism, state, surface, solver, velocity)
         if surface.boxes.shape[0] > 0:
             push_at_points(geom, address, sequence, contacts, mechanism, state, points, solver, velocity)
+        write_contact_rows(contacts, sequence, mechanism, state, surface, points, solver, 1)
     for n in range(solver.ends[0]):
         row = solver.order[n, 0]
         if kind[row] == 0:

@@ -13,12 +13,13 @@ from roboyard.sim.stepping.impulses.slide_directions import turn_frame
 
 
 def write_contact_rows(  # pragma: no cover
-    contacts, sequence, mechanism, state, surface, points, solver
+    contacts, sequence, mechanism, state, surface, points, solver, of_links_of_a_tree
 ):
     """Write the entries of the rows of contacts, whose places and trees are known.
 
     sequence: the contacts in the order of solution. Frames of contacts are turned to Bullet's directions
-    where surfaces have boxes.
+    where surfaces have boxes. of_links_of_a_tree: 1 to write only rows of contacts between links of one tree,
+    whose frames are turned already: those that are kept by link, see `keep_first`.
     """
     order, ends, frame, address = solver.order, solver.ends, contacts.frame, contacts.address
     normal, spinning, rolling, sliding = ends[0], ends[1], ends[2], ends[3]
@@ -28,9 +29,15 @@ def write_contact_rows(  # pragma: no cover
         if address[i] < 0 or normal >= ends[1] or order[normal, 0] != address[i]:
             continue
         dim = contacts.dim[i]
+        a, b = contacts.geom[i, 0], contacts.geom[i, 1]
+        if of_links_of_a_tree == 1 and mechanism.geom_tree[a] != mechanism.geom_tree[b]:
+            normal += 1
+            sliding += 2 if dim > 2 else 0
+            spinning += 1 if dim > 3 else 0
+            rolling += 2 if dim > 5 else 0
+            continue
         slot = points.slots[i] if surface.boxes.shape[0] > 0 else -1
-        if dim > 2 and surface.boxes.shape[0] > 0:
-            a, b = contacts.geom[i, 0], contacts.geom[i, 1]
+        if of_links_of_a_tree == 0 and dim > 2 and surface.boxes.shape[0] > 0:
             turn_frame(frame, i, a, b, mechanism.geom_type, surface.compound, points.ages)
         if dim > 2:
             write_moves(

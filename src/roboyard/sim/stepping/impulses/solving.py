@@ -29,7 +29,7 @@ from roboyard.sim.stepping.impulses.table import solve_by_table
 
 BALL = 1
 """MuJoCo's type of this joint."""
-EQUALITY = 0
+EQUALITY, CONTACT = 0, 5
 """MuJoCo's kind of the rows of constraints."""
 
 
@@ -144,7 +144,7 @@ def note_links_apart(kind, index, geom, mechanism, state, solver):  # pragma: no
         row = order[n, 0]
         if order[n, 1] < 0 or order[n, 2] >= 0:
             continue
-        if kind[row] == OWN_CONTACT:
+        if kind[row] == OWN_CONTACT or kind[row] >= CONTACT:
             a, b = geom[index[row], 0], geom[index[row], 1]
             if tree[a] != tree[b]:
                 continue  # the entries of its first link were kept as it was written

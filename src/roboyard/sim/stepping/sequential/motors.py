@@ -366,7 +366,10 @@ class SequentialMotors:
         if self._world.profile.parents_pass:
             return
         found = np.empty((2, model.nbody), np.int32)
-        if not welds().touching_welds(mechanism, model.body_weldid, model.body_dofnum, found):
+        loops = welds()
+        answer = loops.touching_welds(mechanism, model.body_weldid, model.body_dofnum, found)
+        self.contact_rows.links_touch = answer & loops.TOUCH > 0
+        if answer & loops.DIFFER == 0:
             self.contact_rows.welds = None
         elif self.contact_rows.welds is None or not np.array_equal(self.contact_rows.welds, found):
             self.contact_rows.welds = found

@@ -5,6 +5,9 @@ from __future__ import annotations
 from roboyard.native import compiled
 from roboyard.sim.stepping.impulses.records import MECHANISM
 
+DIFFER, TOUCH = 1, 2
+"""Answers of `touching_welds`."""
+
 
 @compiled(MECHANISM, "i4[::1] i4[::1] i4[:,::1] -> i8")
 def touching_welds(mechanism, fixed_to, freedoms, found):  # pragma: no cover
@@ -15,17 +18,25 @@ def touching_welds(mechanism, fixed_to, freedoms, found):  # pragma: no cover
     move apart, but for those that are fixed to the world.
 
     fixed_to, freedoms: (nbody,) MuJoCo's `body_weldid` and `body_dofnum`. found: (2, nbody) written, the same
-    as they are here. `mechanism.geom_weld` is written too. Returns whether these are not MuJoCo's own.
+    as they are here. `mechanism.geom_weld` is written too. Returns the sum of DIFFER, where these are not
+    MuJoCo's own, and TOUCH, where links of a robot touch one another.
     """
     for body in range(fixed_to.shape[0]):
         found[0, body], found[1, body] = fixed_to[body], freedoms[body]
-    differs = 0
+    differs = touches = 0
+    tree = one = -1
     for geom in range(mechanism.geom_body.shape[0]):
         body = mechanism.geom_body[geom]
         weld = fixed_to[body]
-        if weld != 0 and weld != body and mechanism.contype[geom] & mechanism.conaffinity[geom] != 0:
+        if weld == 0 or mechanism.contype[geom] & mechanism.conaffinity[geom] == 0:
+            continue
+        if mechanism.geom_tree[geom] != tree:  # geoms of a tree follow one another
+            tree, one = mechanism.geom_tree[geom], body
+        elif body != one:
+            touches = TOUCH
+        if weld != body:
             found[0, body], found[1, body] = body, 1
-            differs = 1
+            differs = DIFFER
     for geom in range(mechanism.geom_body.shape[0]):
         mechanism.geom_weld[geom] = found[0, mechanism.geom_body[geom]]
-    return differs
+    return differs + touches
