@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import roboyard.pybullet as p
 
@@ -62,3 +63,30 @@ def test_rings_of_hulls_stop_before_they_touch(client: int, tmp_path: Path) -> N
     np.testing.assert_allclose([heights[step] for step in steps], expected, atol=5e-6)
     speeds = [np.linalg.norm(p.getBaseVelocity(body)) for body in rings]
     assert max(speeds) < 0.005
+
+
+@pytest.mark.parametrize(
+    ("angles", "is_compound"),
+    [
+        *(((0, 0, 0), False), ((1.57075, 1.57075, 0), True), ((1.5708, 0, 0), True)),
+        *(((1.57079632679, 0, 0), False), ((3.14159, 0, 0), False), ((0, 1.57, 0), True)),
+        *(((0, 0, 1.57), True), ((1.5708, 1.5708, 0), True), ((0.1, 0.2, 0.3), True)),
+        *(((0, 0, 0.5), False), ((-1.5708, 0, 0), True), ((1.57, 0, 0), True)),
+    ],
+)
+def test_rounding_decides_whether_a_turned_shape_is_at_its_inertial_frame(
+    client: int, tmp_path: Path, angles: tuple[float, float, float], is_compound: bool
+) -> None:
+    """A compound is the first body of its contacts; of which frames it is one is as in PyBullet 3.2.7."""
+    place = f'<origin rpy="{" ".join(map(repr, angles))}"/>'
+    (tmp_path / "ball.urdf").write_text(
+        f"""<robot name="ball"><link name="ball"><inertial>{place}<mass value="1"/>
+        <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+        <collision>{place}<geometry><sphere radius="0.2"/></geometry></collision></link></robot>"""
+    )
+    ground = p.createMultiBody(
+        0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[5, 5, 0.1]), basePosition=[0, 0, -0.1]
+    )
+    ball = p.loadURDF(str(tmp_path / "ball.urdf"), [0, 0, 0.19])
+    p.stepSimulation()
+    assert p.getContactPoints()[0][1:3] == ((ball, ground) if is_compound else (ground, ball))

@@ -11,9 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import sqrt
 
-from roboyard.description.model import Collision, Heightfield, Mesh, Plane, Pose
+from roboyard.description.model import Collision, Heightfield, Mesh, Plane
 from roboyard.pybullet.bullet_rules.mesh_objects import is_obj, split_geometry
 from roboyard.pybullet.bullet_rules.models import LinkModel
+from roboyard.pybullet.bullet_rules.shape_bounds import is_at
 
 SURFACE, CONVEX, COMPOUND, NESTED = range(4)
 """Kinds of shapes: triangles and planes, single convex shapes, parts of compounds, of compounds in these."""
@@ -35,7 +36,7 @@ def kinds_of(link: LinkModel, *, from_file: bool) -> list[int]:
     if is_field(collisions):  # stored rotated, at its own origin
         return [SURFACE]
     parts = [split_geometry(shape.geometry) if not shape.concave else (None,) for shape in collisions]
-    is_alone = len(collisions) == 1 and _same_place(collisions[0].origin, link.frame)
+    is_alone = len(collisions) == 1 and is_at(collisions[0], link.frame)
     if is_alone and len(parts[0]) == 1 and not (from_file and is_obj(collisions[0])):
         return [SURFACE if _is_surface(collisions[0]) else CONVEX]
     found: list[int] = []
@@ -71,9 +72,3 @@ def tangents(normal: Vector3) -> tuple[Vector3, Vector3]:
     scale = 1.0 / sqrt(squared)
     first = (-y * scale, x * scale, 0.0)
     return first, (-z * first[1], z * first[0], squared * scale)
-
-
-def _same_place(origin: Pose, frame: Pose) -> bool:
-    return tuple(origin.position) == tuple(frame.position) and tuple(origin.quaternion) == tuple(
-        frame.quaternion
-    )

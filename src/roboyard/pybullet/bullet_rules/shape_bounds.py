@@ -8,6 +8,8 @@ robot files have boxes around their corners as these are after rounding, unless 
 
 from __future__ import annotations
 
+from functools import lru_cache
+from math import cos, sin, sqrt
 from typing import Any, Literal
 
 import numpy as np
@@ -33,7 +35,6 @@ MARGIN = 0.001
 """Margin of every shape except spheres and capsules, whose margin is their radius (m)."""
 PLANE_HALF_SIZE = 1e30
 """Half size of the box around a plane (m)."""
-_UNTURNED = np.eye(3)
 Triple = tuple[float, float, float]
 Shape = tuple[Collision, Array]
 """A collision shape and the (2, 3) corners of its box in its own frame (m)."""
@@ -106,13 +107,13 @@ def _link_bounds(
         is_compound = from_file and is_obj(shape)
         alone = None if shapes or len(parts) > 1 or is_compound else shape
         if is_compound:  # nested in the link's, unless it is the only shape, at the inertial frame
-            margin = 0.0 if len(collisions) == 1 and _is_at(shape, position, rotation) else MARGIN
+            margin = 0.0 if len(collisions) == 1 and is_at(shape, frame) else MARGIN
             lower, upper = np.min(parts, axis=0)[0], np.max(parts, axis=0)[1]
             parts = [np.stack([lower - margin, upper + margin])]
         shapes += [(shape, box) for box in parts]
     if not shapes:
         return LinkBounds(corners=np.zeros((2, 3)), margin=compound_margin, kind="compound")
-    if alone is not None and _is_at(alone, position, rotation):
+    if alone is not None and is_at(alone, frame):
         return _bounds_of_one(*shapes[0], implicit_cylinder=implicit_cylinder)
     box = bounds_in(position, rotation, shapes)
     return LinkBounds(corners=box, margin=compound_margin, kind="compound")
@@ -214,12 +215,50 @@ def _bounds_of_one(shape: Collision, corners: Array, *, implicit_cylinder: bool)
     return LinkBounds(corners=corners + MARGIN * np.array([[1.0], [-1.0]]), margin=MARGIN, kind="hull")
 
 
-def _is_at(shape: Collision, position: Array, rotation: Array) -> bool:
-    """Return whether the shape's frame, computed in floating point, equals the inertial frame exactly."""
-    if shape.origin.position != tuple(position.tolist()):
+def is_at(shape: Collision, frame: Pose) -> bool:
+    """Return whether Bullet finds a shape at an inertial frame: their relative pose is the identity.
+
+    It compares with every bit, so that of two equal poses that are turned, rounding decides.
+    """
+    origin = shape.origin
+    if tuple(origin.position) != tuple(frame.position):
         return False
-    turn = rotation.T @ matrix_from_quaternion(shape.origin.quaternion)
-    return bool((turn == _UNTURNED).all())
+    if tuple(origin.quaternion) != tuple(frame.quaternion):
+        return False
+    return _is_undone_exactly(_quaternion_of_file(origin))
+
+
+def _quaternion_of_file(pose: Pose) -> tuple[float, float, float, float]:
+    """Return the quaternion (x, y, z, w) that Bullet makes of the angles in a file, to the last bit."""
+    if pose.rpy is None:
+        x, y, z, w = pose.quaternion
+        return x, y, z, w
+    (a, b, c), (d, e, f) = zip(*((sin(angle / 2.0), cos(angle / 2.0)) for angle in pose.rpy), strict=True)
+    x, y = a * e * f - d * b * c, d * b * f + a * e * c
+    z, w = d * e * c - a * b * f, d * e * f + a * b * c
+    scale = 1.0 / sqrt(x * x + y * y + z * z + w * w)
+    return x * scale, y * scale, z * scale, w * scale
+
+
+@lru_cache(256)
+def _is_undone_exactly(quaternion: tuple[float, float, float, float]) -> bool:
+    """Return whether a rotation's matrix, transposed, times itself is the identity to the last bit.
+
+    NumPy's products may be rounded once less than Bullet's.
+    """
+    x, y, z, w = quaternion
+    scale = 2.0 / (x * x + y * y + z * z + w * w)
+    p, q, r = x * scale, y * scale, z * scale
+    wx, wy, wz, xx, xy, xz = w * p, w * q, w * r, x * p, x * q, x * r
+    yy, yz, zz = y * q, y * r, z * r
+    first = (1.0 - (yy + zz), xy - wz, xz + wy)
+    second = (xy + wz, 1.0 - (xx + zz), yz - wx)
+    third = (xz - wy, yz + wx, 1.0 - (xx + yy))
+    return all(
+        first[i] * first[k] + second[i] * second[k] + third[i] * third[k] == (1.0 if i == k else 0.0)
+        for i in range(3)
+        for k in range(3)
+    )
 
 
 def _mesh_bounds(mesh: Mesh, *, is_rounded: bool = False) -> Array | None:
