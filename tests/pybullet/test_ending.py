@@ -111,6 +111,12 @@ def test_files_left_open_are_written_as_by_python(tmp_path: Path) -> None:
             assert (folder / written).read_text() == written, (name, written)
 
 
+def test_a_program_of_the_command_line_ends_as_a_script(tmp_path: Path) -> None:
+    text = f"{NEIGHBOUR}\nimport roboyard.pybullet"
+    done = run(tmp_path, "", module=("-c", text))
+    assert (done.returncode, done.stdout, done.stderr) == (0, 2 * "deleted kept\n", "")
+
+
 def test_the_script_is_main_until_the_end(tmp_path: Path) -> None:
     text = "import atexit, sys\nVALUE = 5\natexit.register(lambda: print(sys.modules['__main__'].VALUE))\n"
     done = run(tmp_path, text, module=("-m", "roboyard", "run"))

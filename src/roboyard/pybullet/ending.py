@@ -50,36 +50,24 @@ class _SecondPrompt(str):
     and before modules are taken apart.
     """
 
-    __slots__ = ("script",)
-    script: ModuleType | None
+    __slots__ = ()
 
     def __del__(self, is_last: Callable[[], bool] = sys.is_finalizing) -> None:
         if is_last():
-            _end(self.script)
+            _end()
 
 
-def end_early(script: ModuleType | None = None) -> None:
-    """Let the process end as described above, unless it is an interactive one.
-
-    Args:
-        script: the module whose code is the script's; by default `__main__` at the end.
-    """
-    if sys.implementation.name != "cpython" or hasattr(sys, "ps1"):
-        return
-    if isinstance(known := getattr(sys, "ps2", None), _SecondPrompt):
-        known.script = script or known.script
-    elif known is None:
-        prompt = _SecondPrompt("... ")
-        prompt.script = script
-        sys.ps2 = prompt
+def end_early() -> None:
+    """Let the process end as described above, unless it is an interactive one."""
+    if sys.implementation.name == "cpython" and not hasattr(sys, "ps1") and not hasattr(sys, "ps2"):
+        sys.ps2 = _SecondPrompt("... ")
         atexit.register(gc.disable)  # else Python passes through all objects before it drops any
 
 
-def _end(script: ModuleType | None) -> None:
+def _end() -> None:
     """End what the script created, and keep Python from the rest."""
     atexit._clear()  # functions of the script that have run, and hold what it created
-    _clear(script or sys.modules.get("__main__"))
-    own = [name for name, module in sys.modules.items() if not _is_of_a_library(module)]
+    own = [name for name, module in sys.modules.items() if name == "__main__" or not _is_of_a_library(module)]
     left = [ref(sys.modules[name]) for name in own]
     for name in own:
         sys.modules[name] = _NO_MODULE  # as Python does: a late import of it fails, and does not run it again
