@@ -1,4 +1,4 @@
-"""The end of a script under `roboyard run`: what it created ends as when Python runs it."""
+"""The end of a script that uses Roboyard: what it created ends as when Python runs it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 import roboyard
 
@@ -76,9 +78,15 @@ def run(folder: Path, text: str, *, module: tuple[str, ...]) -> subprocess.Compl
     )
 
 
-def test_what_a_script_created_ends_before_the_process(tmp_path: Path) -> None:
+@pytest.mark.parametrize("before", ["", "import logging\n"])
+@pytest.mark.parametrize("module", [(), ("-m", "roboyard", "run")])
+def test_what_a_script_created_ends_before_the_process(
+    tmp_path: Path, module: tuple[str, ...], before: str
+) -> None:
+    """`logging` registers a function for the end."""
     (tmp_path / "neighbour.py").write_text(NEIGHBOUR)
-    done = run(tmp_path, ENDS, module=("-m", "roboyard", "run"))
+    text = ENDS if module else ENDS.replace("import pybullet", "import roboyard.pybullet")
+    done = run(tmp_path, before + text, module=module)
     assert (done.returncode, done.stderr) == (3, "")
     lines = done.stdout.splitlines()
     assert lines[0] == "thread"
@@ -89,14 +97,24 @@ def test_what_a_script_created_ends_before_the_process(tmp_path: Path) -> None:
 
 
 def test_files_left_open_are_written_as_by_python(tmp_path: Path) -> None:
-    for name, module in (("python", ()), ("roboyard", ("-m", "roboyard", "run"))):
+    for name, first, module in (
+        ("python", "", ()),
+        ("imported", "import roboyard.pybullet\n", ()),
+        ("roboyard", "", ("-m", "roboyard", "run")),
+    ):
         folder = tmp_path / name
         folder.mkdir()
         (folder / "neighbour.py").write_text('log = open("neighbour", "w")\nlog.write("neighbour")\n')
-        done = run(folder, FILES, module=module)
+        done = run(folder, first + FILES, module=module)
         assert (done.returncode, done.stderr) == (0, "")
         for written in ("ring", "plain", "neighbour"):
             assert (folder / written).read_text() == written, (name, written)
+
+
+def test_a_program_of_the_command_line_ends_as_a_script(tmp_path: Path) -> None:
+    text = f"{NEIGHBOUR}\nimport roboyard.pybullet"
+    done = run(tmp_path, "", module=("-c", text))
+    assert (done.returncode, done.stdout, done.stderr) == (0, 2 * "deleted kept\n", "")
 
 
 def test_the_script_is_main_until_the_end(tmp_path: Path) -> None:
@@ -121,3 +139,31 @@ def test_functions_registered_before_keep_their_modules(tmp_path: Path) -> None:
         cwd=tmp_path,
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "last 5.0\n", "")
+
+
+LIBRARY = """
+class Kept:
+    def __del__(self):
+        print("deleted kept")
+
+kept = Kept()
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "module", "ends"),
+    [
+        ("import roboyard.pybullet, library", (), ""),
+        ("import logging, library, roboyard.pybullet", (), ""),
+        ("import library", ("-m", "roboyard", "run"), ""),
+        ("import library", (), "deleted kept\n"),
+    ],
+)
+def test_installed_packages_are_left_as_they_are(
+    tmp_path: Path, text: str, module: tuple[str, ...], ends: str
+) -> None:
+    installed = tmp_path / "site-packages"
+    installed.mkdir()
+    (installed / "library.py").write_text(LIBRARY)
+    done = run(tmp_path, f"import sys\nsys.path.append({str(installed)!r})\n{text}\n", module=module)
+    assert (done.returncode, done.stdout, done.stderr) == (0, ends, "")

@@ -193,3 +193,22 @@ def test_a_link_is_pushed_right_after_a_robot_was_loaded(arm: str) -> None:
         p.applyExternalForce(body, 0, [0, 0, 10], [0, 0, 0], p.LINK_FRAME)
         p.stepSimulation()
         assert p.getBaseVelocity(body)[0][2] > 0.0
+
+
+@pytest.mark.parametrize("placed", [10, 4000])
+def test_poses_of_new_bodies_are_set_quickly_once_they_are_many(
+    client: int, monkeypatch: pytest.MonkeyPatch, placed: int
+) -> None:
+    """A program that only places bodies, as those that draw orbits do, compiles once; a few poses do not."""
+    compiles = _compiles(monkeypatch)
+    shape = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+    bodies = [p.createMultiBody(1, shape, -1, [i, 0, 1]) for i in range(4)]
+    for k in range(placed):
+        for i, body in enumerate(bodies):
+            p.resetBasePositionAndOrientation(body, [i, 0.001 * k, 2], [0, 0, 0, 1])
+    assert _world().is_stale == (placed == 10)
+    assert len(compiles) <= (placed > 10)
+    for i, body in enumerate(bodies):
+        position, orientation = p.getBasePositionAndOrientation(body)
+        assert position == pytest.approx((i, 0.001 * (placed - 1), 2), abs=1e-12)
+        assert orientation == pytest.approx((0, 0, 0, 1), abs=1e-12)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import threading
-from typing import NamedTuple
 
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard._records import NamedTuple
 from roboyard.kinematics.chain import ChainArrays
 from roboyard.transforms import Array
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from roboyard.pybullet.ending import end_early as _end_early
 from roboyard.pybullet.face import constants as _constants
 from roboyard.pybullet.face.errors import error as error
 from roboyard.pybullet.functions import NAMES as _NAMES
@@ -19,6 +20,8 @@ from roboyard.pybullet.functions import public_function as _public_function
 
 _members = {name: value for name, value in vars(_constants).items() if isinstance(value, int)}
 globals().update(_members)
+
+_end_early()
 
 __all__ = sorted(["error", *_members, *_NAMES])  # pyright: ignore[reportUnsupportedDunderAll]
 

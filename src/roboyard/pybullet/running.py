@@ -79,7 +79,7 @@ def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
     """
     path = str(script)
     module = ModuleType("__main__")
-    end_early(module)
+    end_early()
     with paused_collection():
         load_numpy()
         install()

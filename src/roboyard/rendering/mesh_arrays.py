@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard._records import dataclass
 from roboyard.rendering.smoothing import closed_faces, creased_normals, face_normals, join_corners
 from roboyard.shapes.mesh import TriangleMesh, bounding_box
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard._records import dataclass
 from roboyard.rendering import textures
 from roboyard.rendering.mesh_arrays import MeshArrays, mesh_arrays
 from roboyard.rendering.scene import RenderScene, RenderShape

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard._records import dataclass
 from roboyard.rendering.buffers import buffer, scratch
 from roboyard.rendering.kernels import raster
 from roboyard.rendering.kernels import shadow as kernels

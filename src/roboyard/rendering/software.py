@@ -6,11 +6,11 @@ import itertools
 import math
 from functools import lru_cache, partial
 from time import perf_counter
-from typing import NamedTuple
 
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard._records import NamedTuple
 from roboyard.rendering import shadows
 from roboyard.rendering.buffers import buffer, result, scratch
 from roboyard.rendering.camera import Camera

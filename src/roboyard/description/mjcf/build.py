@@ -20,12 +20,13 @@ Everything else (tendons, other equalities, sensors, cameras, lights, height fie
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.geometry import pose_from_matrix
 from roboyard.description.mjcf.checked import checked_mjcf
 from roboyard.description.mjcf.geoms import ShapeBuilder

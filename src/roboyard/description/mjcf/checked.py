@@ -11,9 +11,10 @@ import math
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
+from roboyard._records import dataclass
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.urdf.xml import line_of, read_xml
 from roboyard.errors import DescriptionError

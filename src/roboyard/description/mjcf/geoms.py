@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.geometry import capsule_like, pose_from_matrix
 from roboyard.description.model import (
     Box,

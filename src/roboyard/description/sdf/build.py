@@ -23,11 +23,12 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.sdf.frames import WORLD, Frame, Scope, link_of, pose_of_frame, scopes_of
 from roboyard.description.sdf.joints import Ends, Motion, joint_elements, motions_of

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.sdf.models import SdfModel
 from roboyard.description.sdf.values import pose_of, text_of
 from roboyard.description.urdf.xml import line_of

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.sdf.frames import Frame, pose_of_frame
 from roboyard.description.sdf.parts import axis_element, dynamics_element
 from roboyard.description.sdf.values import is_true, made, number_of, numbers_of, origin, text_of

@@ -163,6 +163,8 @@ def resetBasePositionAndOrientation(
     if not record.base_is_plain:
         p, q = link_pose(p, q, record.base_frame)
     world = scene.world
+    if world.is_stale:
+        scene.compile_for_poses()
     if record.revision != world.revision and not world.is_stale:
         scene.ready(record.number, "")
     free = record.free

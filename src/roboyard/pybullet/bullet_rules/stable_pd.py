@@ -7,11 +7,11 @@ Source: Tan, Liu, Turk: Stable Proportional-Derivative Controllers (2011).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.transforms import Array, conjugate, multiply
 
 if TYPE_CHECKING:

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import count
 from math import pi
 from pathlib import Path
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.axes import unit_axis
 from roboyard.description.model import (
     Contact,

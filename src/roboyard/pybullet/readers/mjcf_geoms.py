@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import pi, sqrt
 from pathlib import Path
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.model import (
     RGBA,

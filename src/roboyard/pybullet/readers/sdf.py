@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description import load_description
 from roboyard.description.model import RobotDescription
 from roboyard.description.sdf.parts import (

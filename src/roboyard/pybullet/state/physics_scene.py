@@ -49,6 +49,9 @@ if TYPE_CHECKING:
 HELD_INERTIA = 1e9
 """Inertia (kg m² or kg) of the motor of a joint that nothing moves."""
 
+FEW_POSES, POSES_OF_A_BODY = 500, 16
+"""Poses that can be set without MuJoCo's arrays while one compile takes, and more of them for each body."""
+
 
 class PhysicsScene:
     """Bodies, shapes, constraints and states by id, and stepping."""
@@ -121,6 +124,8 @@ class PhysicsScene:
         self.world.before_edit = self.last_step.keep
         self.frames_are_old = True
         """Whether positions were written since the link frames were computed (steps keep old frames)."""
+        self._awaiting = 0, 0
+        """Number of bodies, and how many poses were set since they are so many and a compile is awaited."""
         self.single_reads = 0
         """Reads of single links since the frames of all were computed."""
         self.frames_revision = self.motor_revision = -1
@@ -343,6 +348,14 @@ class PhysicsScene:
             return self.ready(number, message)
         has_rows = record.revision == world.revision and record.body.mujoco_ids[0] > 0
         return record if has_rows or self.alone(record) is not None else self.ready(number, message)
+
+    def compile_for_poses(self) -> None:
+        """Compile what is awaited once that takes less time than it did to set poses without it."""
+        bodies, count = self._awaiting
+        self._awaiting = len(self.bodies), count + 1 if bodies == len(self.bodies) else 0
+        if count > FEW_POSES + POSES_OF_A_BODY * bodies:
+            self._awaiting = 0, 0
+            self.world.ensure_compiled()
 
     def alone(self, record: BodyRecord) -> LoneBody | None:
         """Return a new body, with current indices in arrays of it alone; None where it is in the World."""

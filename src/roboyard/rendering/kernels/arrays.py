@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard._records import NamedTuple
 from roboyard.native import record
 
 Array = NDArray[np.float64]

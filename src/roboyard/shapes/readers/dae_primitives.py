@@ -5,11 +5,11 @@ from __future__ import annotations
 import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard._records import dataclass
 from roboyard.shapes.readers.parts import Floats, Indices, check_triangles
 from roboyard.shapes.readers.plain_numbers import is_worth_it, read_plain_numbers
 

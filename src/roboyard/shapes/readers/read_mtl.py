@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -10,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from roboyard._arrays import NDArray
-from roboyard._lazy import LazyLogger
+from roboyard._lazy import LazyLogger, lazy_pattern
 from roboyard._records import dataclass
 from roboyard.shapes.readers.external_files import find_external_file, load_image
 from roboyard.untrusted.files import read_file
@@ -21,7 +20,7 @@ _log = LazyLogger(__name__)
 CACHED_LIBRARIES = 16
 """Number of parsed libraries in the cache."""
 # options before a file name: one argument, two numbers for -mm, one to three for -o -s -t
-_OPTIONS = re.compile(
+_OPTIONS = lazy_pattern(
     r"^(?:-(?:blendu|blendv|cc|clamp|imfchan|texres|type|bm|boost)\s+\S+\s+"
     r"|-mm\s+\S+\s+\S+\s+|-[ost](?:\s+[-+.\deE]+){1,3}\s+)+"
 )
@@ -84,7 +83,10 @@ def _material(
     color = None
     if len(rgb) == 3:
         color = np.rint(255 * np.clip([*rgb, opacity], 0.0, 1.0)).astype(np.uint8)
-    name = _OPTIONS.sub("", entries.get("map_kd", "")).strip()
+    name = entries.get("map_kd", "")
+    if name.startswith("-"):
+        name = _OPTIONS.sub("", name)
+    name = name.strip()
     if not name:
         return SurfaceMaterial(color=color)
     if name not in images:

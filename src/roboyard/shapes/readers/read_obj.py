@@ -6,7 +6,6 @@ Source of the format: Wavefront's "Object Files (.obj)", appendix B1 of the Adva
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import field
 from pathlib import Path
@@ -14,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard._lazy import lazy_pattern
 from roboyard._records import dataclass
 from roboyard.shapes.readers.parts import (
     Floats,
@@ -29,12 +29,14 @@ from roboyard.shapes.readers.read_mtl import SurfaceMaterial, read_mtl
 _KEYWORDS = (b"v", b"vn", b"vt", b"f", b"usemtl", b"mtllib")
 MAX_CORNERS = 10_000
 """Most corners of a face; larger ones would become millions of overlapping triangles."""
+FEW_CORNERS = 1_000
+"""Length of a text of corners up to which they are read one by one, faster than patterns are compiled."""
 # v, v/vt, v//vn, v/vt/vn, and the columns (vertex, uv, normal) of each
 _CORNER_STYLES = (
-    (re.compile(rb"(?:\s+-?\d+)++\s*"), [0]),
-    (re.compile(rb"(?:\s+-?\d+/-?\d+)++\s*"), [0, 1]),
-    (re.compile(rb"(?:\s+-?\d+//-?\d+)++\s*"), [0, 2]),
-    (re.compile(rb"(?:\s+-?\d+/-?\d+/-?\d+)++\s*"), [0, 1, 2]),
+    (lazy_pattern(rb"(?:\s+-?\d+)++\s*"), [0]),
+    (lazy_pattern(rb"(?:\s+-?\d+/-?\d+)++\s*"), [0, 1]),
+    (lazy_pattern(rb"(?:\s+-?\d+//-?\d+)++\s*"), [0, 2]),
+    (lazy_pattern(rb"(?:\s+-?\d+/-?\d+/-?\d+)++\s*"), [0, 1, 2]),
 )
 
 
@@ -203,7 +205,7 @@ def _triangles(lines: _Lines) -> tuple[Indices, NDArray[np.int64]]:
 def _corner_table(rows: Iterable[bytes], corners: int) -> Indices:
     """Return (k, corners, 3) one-based indices of faces with this number of corners; 0 for none."""
     joined = b" " + b" ".join(rows)
-    for pattern, columns in _CORNER_STYLES:
+    for pattern, columns in _CORNER_STYLES if len(joined) > FEW_CORNERS else ():
         if pattern.fullmatch(joined):
             values = joined.replace(b"//", b" ").replace(b"/", b" ").split()
             out = np.zeros((len(values) // len(columns), 3), dtype=np.int64)

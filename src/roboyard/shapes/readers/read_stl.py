@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard._lazy import lazy_pattern
 from roboyard.shapes.distinct_rows import distinct_rows
 from roboyard.shapes.readers.parts import Part, check_triangles
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _FACET_BYTES = 60
 """Fewer than the shortest facet of an ASCII file has."""
-_VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
+_VERTEX = lazy_pattern(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 
 
 def read_stl(data: bytes, file: Path) -> list[Part]:
