@@ -11,7 +11,7 @@ from roboyard.pybullet.face.arguments import text
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
-from roboyard.sim.stepping.manifolds import KeptPoints, MetPairs
+from roboyard.sim.stepping.kept_points import KeptPoints, MetPairs
 from roboyard.untrusted.arrays import ArraysError, read_arrays
 
 if TYPE_CHECKING:
