@@ -395,7 +395,7 @@ class Stepping:
 
     @property
     def known_rows(self) -> tuple[ContactRows, Rows | None]:
-        """What makes rows, and its arrays with all rows of the last step; see `ContactRows.last`."""
+        """The maker of rows, and the arrays with all rows of the last step; see `ContactRows.last`."""
         return self.in_turn.contact_rows, self.in_turn.contact_rows.last
 
     def find_reactions(self, model: Any, data: Any) -> None:

@@ -77,7 +77,7 @@ def list_parts(
 ) -> np.ndarray:
     """Return (4, n) int32 kind, first dof or equality, number of rows of a motor, and tree of all parts.
 
-    They are in the order in which Bullet adds them. Equalities that it does not solve are left out.
+    They are in the order in which Bullet adds them. Equalities that it does not solve are skipped.
 
     Args:
         bodies: as for `solution_order`, with the next two.
