@@ -52,15 +52,16 @@ def replace_rays() -> None:
 
 
 def replace_motors() -> None:
-    """Replace setJointMotorControlArray and the two forms for joints of any kind."""
-    from roboyard.pybullet.fast.fast_entries import MOTORS
+    """Replace setJointMotorControl2, setJointMotorControlArray and the two forms for joints of any kind."""
+    from roboyard.pybullet.fast.motor_entries import MOTORS
 
-    forms = "Array", "MultiDofArray", "MultiDof"  # with the numbers that the entry has
+    forms = "Array", "MultiDofArray", "MultiDof", "2"  # with the numbers that the entry has
     for form, suffix in enumerate(forms):
         name = f"setJointMotorControl{suffix}"
         code, defaults = COMMANDS[name].function.__code__, COMMANDS[name].function.__defaults__ or ()
         by_name = dict(zip(reversed(code.co_varnames[: code.co_argcount]), reversed(defaults), strict=False))
-        words = "pending", "time_step", form, by_name.get("maxVelocity", -1.0), PREPARED["torques"]
+        fastest = by_name.get("maxVelocity", -1.0)
+        words = "pending", "time_step", form, fastest, PREPARED["torques"], "_bounds_in_use"
         _replace(name, MOTORS, "motors", words)
 
 
