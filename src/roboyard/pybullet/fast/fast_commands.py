@@ -66,11 +66,12 @@ def replace_motors() -> None:
 
 
 def replace_joints() -> None:
-    """Replace resetJointStatesMultiDof."""
+    """Replace resetJointState and its forms for joints of any kind."""
     from roboyard.pybullet.fast.joint_entries import JOINTS
 
-    words = "is_moved", "_velocity_moved", "frames_are_old"
-    _replace("resetJointStatesMultiDof", JOINTS, "joints", words)
+    names = "resetJointStatesMultiDof", "resetJointStateMultiDof", "resetJointState"
+    for form, name in enumerate(names):  # with the numbers that the entry has
+        _replace(name, JOINTS, "joints", ("is_moved", "_velocity_moved", "frames_are_old", form))
 
 
 def replace_bases() -> None:

@@ -7,33 +7,19 @@ motor on or off, and a motor of which the impulse is not known, goes to the Pyth
 
 from __future__ import annotations
 
+from roboyard.native.entry_parts import NUMBER, WHOLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.bullet_rules.motor_kernels import write_motor
 from roboyard.pybullet.fast.fast_entries import PARTS
 
-_READ = f"""{PARTS}
+_READ = f"""{PARTS}{parts(NUMBER, WHOLE)}
 COMMAND, PREPARED, NONE, TRUE, ONE, PENDING, TIME_STEP, FORM, UNSET, TORQUES, IN_USE = range(3, 14)
 WRENCHES, EFFORTS, DOFS, ROOM = range(3, 7)  # for torques
 FLAT, NESTED, SINGLE, PLAIN = range(4)  # lists of numbers, of lists of one, lists of one number, numbers
 COMMANDS, PARAMETERS, MOTORS, TARGETS, ROWS, LIMITS, IMPULSES, READ, FORCE = range(3, 12)
 BOUNDS, FRICTIONS, RATE = range(12, 15)
 JOINT, POSITION, VELOCITY, LIMIT, KP, KD, FASTEST = range(7)
-
-@part
-def whole(value):
-    made = PyLong_AsLongLong(value)
-    if made == -1 and PyErr_Occurred() != 0:
-        PyErr_Clear()
-    return made
-
-@part
-def number(value):
-    made = PyFloat_AsDouble(value)
-    if made == -1.0 and PyErr_Occurred() != 0:
-        PyErr_Clear()
-        made = np.nan
-    return made
 
 @part
 def number_in(values, k, is_nested):
