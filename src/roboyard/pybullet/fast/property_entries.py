@@ -59,6 +59,8 @@ class Write(NamedTuple):
     true: bool = True
     most: float = inf
     """Values that are larger go to the function."""
+    also: tuple[Any, ...] = ()
+    """Objects, each followed by the name of its attribute that is the value, too."""
 
 
 class Properties(NamedTuple):
@@ -91,7 +93,7 @@ KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
 NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED = range(11, 17)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
-MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST = range(11, 18)
+MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO = range(11, 19)
 {parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE)}
 @part
 def number_of(state, values, place):
@@ -221,6 +223,9 @@ def is_written(state, write, value, length):
             target[k] = output(factors, places[k], x, y, z)
     made = triple(x, y, z) if length > 2 else PyFloat_FromDouble(x)
     PyObject_SetAttr(word(write, OWNER), word(write, NAME), made)
+    also = word(write, ALSO)
+    for k in range(0, word(also, SIZE), 2):
+        PyObject_SetAttr(word(also, ITEMS + k), word(also, ITEMS + k + 1), made)
     if length == 2:
         Py_DecRef(made)
         made = PyFloat_FromDouble(y)
