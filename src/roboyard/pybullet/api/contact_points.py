@@ -13,7 +13,7 @@ from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
-from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_contacts
+from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_closest, replace_contacts
 from roboyard.pybullet.state.body_records import NO_SIDE, Side, side_of
 from roboyard.pybullet.state.contacts import ANY_LINK, Place, Point, contacts_between, touching
 
@@ -116,7 +116,12 @@ def getClosestPoints(
         search = _search(scene)
         if search is None:
             return _closest_points(scene, scene.world, first.places, second.places, limit)
-        return search.points(first, second, limit)
+        found = search.points(first, second, limit)
+        if is_machine_code("getClosestPoints"):
+            from roboyard.pybullet.fast.closest_entries import prepare
+
+            prepare(search, ((whole(linkIndexA), first), (whole(linkIndexB), second)))
+        return found
     from roboyard.pybullet.state.query_shapes import QuerySide
 
     sides = (
@@ -308,3 +313,4 @@ def _closest(
 
 
 START.later(replace_contacts)
+START.later(replace_closest)

@@ -177,7 +177,8 @@ def changeDynamics(
     if collisionMargin != -1.0 and number(collisionMargin) >= 0:
         state.collision_margin, state.is_solid = collisionMargin, False
         record.link_boxes = scene.link_boxes = None
-        scene.world.prepared.get("overlaps", {}).clear()
+        for kind in ("overlaps", "closest"):
+            scene.world.prepared.get(kind, {}).clear()
         scene.shape_rows.gather_again()
         scene.world.prepared.get("box", {}).pop(record.number, None)
         forget_body(record)

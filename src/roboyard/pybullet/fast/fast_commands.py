@@ -228,6 +228,14 @@ def replace_contacts() -> None:
     replace(name, CONTACT, ContactState(COMMANDS[name].function, PREPARED["contacts"]))
 
 
+def replace_closest() -> None:
+    """Replace getClosestPoints."""
+    from roboyard.pybullet.fast.closest_entries import CLOSEST, KIND, ClosestState
+
+    name = "getClosestPoints"
+    replace(name, CLOSEST, ClosestState(COMMANDS[name].function, PREPARED[KIND]))
+
+
 def replace_filters() -> None:
     """Replace setCollisionFilterGroupMask."""
     from roboyard.pybullet.fast.filter_entries import FILTER, FilterState
