@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -101,6 +102,7 @@ class Joint:
             raise RoboyardError(f"joint {self.name!r} ({self.type}) has no position limits to set")
         limited = lower <= upper
         element, world = self._built.joint_elements[0], self.body.world
+        world.write_late()
         world.note_edit()
         flags = mujoco.mjtLimited
         element.limited = flags.mjLIMITED_TRUE if limited else flags.mjLIMITED_FALSE
@@ -111,9 +113,22 @@ class Joint:
             if limited:
                 world.live_model.jnt_range[element.id] = lower, upper
 
+    def limit_places(self) -> tuple[Array, ...] | None:
+        """Return MuJoCo's (2,) limits for writing, if they are there now; None for a joint without any."""
+        elements, world = self._built.joint_elements, self.body.world
+        if not elements or not self.is_scalar or elements[0].limited != 1:
+            return None
+        return () if world.is_stale else (world.live_model.jnt_range[elements[0].id],)
+
+    def keep_limits(self, numbers: Array) -> None:
+        """Write (2,) position limits (rad or m) of a limited joint into the spec."""
+        self.body.world.note_edit()
+        self._built.joint_elements[0].range = numbers
+
     @property
     def damping(self) -> float:
         """Joint damping of each degree of freedom (N m s/rad or N s/m)."""
+        self.body.world.write_late()
         elements = self._built.joint_elements
         return float(elements[0].damping[0]) if elements else 0.0
 
@@ -122,11 +137,23 @@ class Joint:
         if not 0 <= value < np.inf:
             raise RoboyardError(f"joint {self.name!r}: damping must be at least 0 and finite, got {value}")
         world = self.body.world
-        world.note_edit()
-        for element in self._built.joint_elements:
-            element.damping = [value, 0.0, 0.0]
+        world.write_late()
+        self.keep_damping((value,))
         if self._built.joint_elements and world.takes_numbers():
             world.live_model.dof_damping[self.dof_slice] = value
+
+    def damping_places(self) -> tuple[Array, ...] | None:
+        """Return MuJoCo's (n,) damping, if it is there now, for writing; None for a fixed joint."""
+        if not self._built.joint_elements:
+            return None
+        world = self.body.world
+        return () if world.is_stale else (world.live_model.dof_damping[self.dof_slice],)
+
+    def keep_damping(self, numbers: Array | Sequence[float]) -> None:
+        """Write one joint damping (N m s/rad or N s/m) into the spec."""
+        self.body.world.note_edit()
+        for element in self._built.joint_elements:
+            element.damping = [numbers[0], 0.0, 0.0]
 
     @property
     def armature(self) -> float:

@@ -61,6 +61,8 @@ class Write(NamedTuple):
     """Values that are larger go to the function."""
     also: tuple[Any, ...] = ()
     """Objects, each followed by the name of its attribute that is the value, too."""
+    rises: bool = False
+    """Whether a pair whose second number is smaller than the first goes to the function."""
 
 
 class Properties(NamedTuple):
@@ -93,7 +95,7 @@ KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
 NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED = range(11, 17)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
-MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO = range(11, 19)
+MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES = range(11, 20)
 {parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE)}
 @part
 def number_of(state, values, place):
@@ -214,6 +216,8 @@ def is_written(state, write, value, length):
     if length > 0:
         x, y = number_of(state, value, 0), number_of(state, value, 1)
         z = number_of(state, value, 2) if length > 2 else 0.0
+        if word(write, RISES) == word(write, TRUE) and not x <= y:
+            return False
     elif not PyFloat_AsDouble(word(write, LEAST)) < x <= PyFloat_AsDouble(word(write, MOST)):
         return False
     factors, targets = matrix(word(write, FACTORS)), word(write, TARGETS)
