@@ -210,13 +210,12 @@ def forget_write(
 def replace_lines() -> None:
     """Replace addUserDebugLine, addUserDebugText and removeUserDebugItem."""
     from roboyard.pybullet.fast.item_entries import LINE, REMOVAL, TEXT, ItemState, RemovalState
+    from roboyard.pybullet.state.debug_items import clock
 
-    function = COMMANDS["addUserDebugLine"].function
-    defaults: Any = function.__defaults__
-    replace("addUserDebugLine", LINE, ItemState(function, *defaults[2:4]))
-    function = COMMANDS["addUserDebugText"].function
-    defaults = function.__defaults__
-    replace("addUserDebugText", TEXT, ItemState(function, defaults[2], defaults[4]))
+    for name, front, place in (("addUserDebugLine", LINE, 3), ("addUserDebugText", TEXT, 4)):
+        function = COMMANDS[name].function
+        defaults: Any = function.__defaults__
+        replace(name, front, ItemState(function, clock, defaults[place]))
     replace("removeUserDebugItem", REMOVAL, RemovalState(COMMANDS["removeUserDebugItem"].function))
 
 

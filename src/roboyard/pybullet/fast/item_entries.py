@@ -1,7 +1,7 @@
 """Debug lines and user data as machine code; see `fast_entries`.
 
-Lines and texts that do not expire, of numbers, are stored as plain tuples, which `DebugItems` knows.
-User data that is there gets another value. Anything else goes to the Python functions.
+Lines and texts of numbers are stored as plain tuples, which `DebugItems` knows. User data that is there gets
+another value. Anything else goes to the Python functions.
 """
 
 from __future__ import annotations
@@ -29,9 +29,10 @@ class ItemState(NamedTuple):
     """State of addUserDebugLine and addUserDebugText; the machine code has the same order."""
 
     command: Any
-    life_time: float
-    """The default, and that of the next one."""
+    clock: Any
+    """Returns the time on which items expire (s)."""
     parent: int
+    """The default."""
     white: tuple[float, float, float] = WHITE
     width: float = 1.0
     listed: list[Any] = []  # noqa: RUF012 - of which the type is read
@@ -45,7 +46,7 @@ class ItemState(NamedTuple):
 
 
 _ITEM = f"""{_PARTS}
-COMMAND, LIFE_TIME, PARENT, WHITE, WIDTH, LISTED, OWNER, TABLE, IDS, NEXT, REVISION = range(3, 14)
+COMMAND, CLOCK, PARENT, WHITE, WIDTH, LISTED, OWNER, TABLE, IDS, NEXT, REVISION = range(3, 14)
 NONE, TEXT = range(14, 16)
 NUMBER, WHOLE = WIDTH, PARENT
 {parts(PLAIN, ITEM, HAS_LENGTH, TRIPLE)}
@@ -86,6 +87,22 @@ def set_parent(state, made, place, given, count, at):
     PyTuple_SetItem(parent, 0, given[at])
     PyTuple_SetItem(parent, 1, link)
     PyTuple_SetItem(made, place, parent)
+
+@part
+def end_of(state, given, count):
+    seconds = plain(state, given[5]) if count > 5 else 0.0
+    if seconds - seconds != 0.0:
+        return 0
+    if seconds <= 0.0:
+        Py_IncRef(word(state, NONE))
+        return word(state, NONE)
+    now = PyObject_Vectorcall(word(state, CLOCK), words(), 0, 0)
+    if now == 0:
+        PyErr_Clear()
+        return 0
+    made = PyFloat_FromDouble(PyFloat_AsDouble(now) + seconds)
+    Py_DecRef(now)
+    return made
 
 @part
 def triple_of(state, values):
@@ -140,7 +157,8 @@ def line(state, given, count):
             color = word(state, WHITE)
             Py_IncRef(color)
         width = plain(state, given[4]) if count > 4 else 1.0
-    if color == 0 or width - width != 0.0:
+    ending = end_of(state, given, count) if color != 0 and width - width == 0.0 else 0
+    if ending == 0:
         if start != 0:
             Py_DecRef(start)
         if end != 0:
@@ -148,18 +166,17 @@ def line(state, given, count):
         if color != 0:
             Py_DecRef(color)
         return 0
-    made = PyTuple_New(5)
+    made = PyTuple_New(6)
     PyTuple_SetItem(made, 0, start)
     PyTuple_SetItem(made, 1, end)
     PyTuple_SetItem(made, 2, color)
     PyTuple_SetItem(made, 3, PyFloat_FromDouble(width))
     set_parent(state, made, 4, given, count, 6)
+    PyTuple_SetItem(made, 5, ending)
     return made
 
 def entry(state, given, count, keywords):
     fits = keywords == 0 and 3 <= count <= 9
-    if count > 5:
-        fits = fits and given[5] == word(state, LIFE_TIME)
     fits = fits and has_parent(state, given, count, 6)
     if count > 8:
         fits = fits and word(given[8], KIND) == word(word(state, PARENT), KIND)
@@ -189,11 +206,14 @@ def text(state, given, count):
         return 0
     position = triple_of(state, given[2])
     color = triple_of(state, given[3] if count > 3 else word(state, WHITE)) if position != 0 else 0
-    if color == 0:
+    ending = end_of(state, given, count) if color != 0 else 0
+    if ending == 0:
         if position != 0:
             Py_DecRef(position)
+        if color != 0:
+            Py_DecRef(color)
         return 0
-    made = PyTuple_New(6)
+    made = PyTuple_New(7)
     Py_IncRef(given[1])
     PyTuple_SetItem(made, 0, given[1])
     PyTuple_SetItem(made, 1, position)
@@ -202,12 +222,11 @@ def text(state, given, count):
     Py_IncRef(word(state, NONE))
     PyTuple_SetItem(made, 4, word(state, NONE))
     set_parent(state, made, 5, given, count, 7)
+    PyTuple_SetItem(made, 6, ending)
     return made
 
 def entry(state, given, count, keywords):
     fits = keywords == 0 and 3 <= count <= 10
-    if count > 5:
-        fits = fits and given[5] == word(state, LIFE_TIME)
     if count > 6:
         fits = fits and given[6] == word(state, NONE)
     fits = fits and has_parent(state, given, count, 7)

@@ -69,7 +69,7 @@ class Points(NamedTuple):
 
 Item = Line | Text | Points
 Stored = Item | tuple[Any, ...]
-"""Machine code stores lines and texts that do not expire as plain tuples, without the last field."""
+"""Machine code stores lines and texts as plain tuples."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -152,8 +152,16 @@ class DebugItems:
             yield number, _complete(item)
 
 
+def clock() -> float:
+    """Return the time on which items expire (s)."""
+    return monotonic()
+
+
 def _expires(item: Stored) -> float | None:
-    return item.expires if isinstance(item, Item) else None
+    if isinstance(item, Item):
+        return item.expires
+    found: float | None = item[-1]
+    return found
 
 
 def _complete(item: Stored) -> Item:
