@@ -1,8 +1,8 @@
 """A command with many optional arguments as machine code: it calls a function for each one that is given.
 
 Most calls of such a command give one or two of two dozen arguments. A call with one that is neither a
-plain number of at least 0 nor a list or tuple of plain numbers, as its function takes, or that has no
-function, goes to the Python function of the command; see `fast_entries`. Two arguments that belong together
+plain number of at least 0 nor a sequence of numbers, as its function takes, or that has no function, goes to
+the Python function of the command; see `fast_entries`. Two arguments that belong together
 are given to the function of the first as a tuple. An argument that is as it was, which scripts often repeat,
 calls nothing where the state, or what is prepared, names the attribute that holds it.
 
@@ -17,7 +17,7 @@ from math import inf
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, TRIPLE, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, NUMBER, PLAIN, TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.pairs import PAIR
@@ -96,18 +96,19 @@ COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 1
 NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED = range(11, 17)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
 MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES = range(11, 20)
-{parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE)}
+{parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE, NUMBER, ITEM, HAS_LENGTH)}
 @part
 def number_of(state, values, place):
-    is_list = word(values, KIND) == word(word(state, LISTED), KIND)
-    return plain(state, word(word(values, ITEMS), place) if is_list else word(values, ITEMS + place))
+    kind = word(values, KIND)
+    if kind == word(word(state, LISTED), KIND):
+        return number(word(word(values, ITEMS), place))
+    if kind == word(word(state, CHANGES), KIND):
+        return number(word(values, ITEMS + place))
+    return item(values, place)
 
 @part
 def has_numbers(state, values, length):
-    kind = word(values, KIND)
-    if kind != word(word(state, LISTED), KIND) and kind != word(word(state, CHANGES), KIND):
-        return False
-    if word(values, SIZE) != length:
+    if not has_length(values, length):
         return False
     total = 0.0
     for place in range(length):

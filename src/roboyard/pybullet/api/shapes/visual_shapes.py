@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from posixpath import dirname, join, normpath
@@ -403,10 +403,9 @@ def _keep(client: Client, visuals: tuple[Visual, ...]) -> int:
 
 
 def _change(client: Client, record: BodyRecord, link: int, shape: int, fields: dict[str, Any]) -> None:
-    rendered_shapes = client.scene.world.render_shapes
-    for index in range(len(rendered_shapes.of(record.body).get(link + 1, ()))):
-        if shape in (-1, index):
-            rendered_shapes.change(record.body, link + 1, index, **fields)
+    if shape >= -1:
+        for name, value in fields.items():
+            client.scene.world.render_shapes.change_later(record.body, link + 1, shape, name, value)
 
 
 START.later(partial(replace_settings, "setDebugObjectColor"))
@@ -421,4 +420,28 @@ def _change_color(client: Client, body: int, link: int, rgba: tuple[float, float
         scene.world.render_shapes.recolor(record.body, link + 1, -1, rgba)
 
 
-START.later(partial(replace_properties, "changeVisualShape", {"rgbaColor": _change_color}, {"rgbaColor": 4}))
+def _change_specular(client: Client, body: int, link: int, rgb: tuple[float, float, float]) -> None:
+    """Change the specular colour of all shapes of a link."""
+    scene = client.scene
+    record = scene.bodies.get(body)
+    if record is not None and -1 <= link < record.joint_count:
+        scene.world.render_shapes.change_later(record.body, link + 1, -1, "specular", sum(rgb) / 3.0)
+
+
+def _change_texture(client: Client, body: int, link: int, texture: int) -> None:
+    """Change the texture of all shapes of a link."""
+    scene = client.scene
+    record = scene.bodies.get(body)
+    if record is not None and -1 <= link < record.joint_count:
+        image = scene.textures.image(whole(texture), scene.world)
+        scene.world.render_shapes.change_later(record.body, link + 1, -1, "texture", image)
+
+
+CHANGES: Mapping[str, Any] = {
+    "rgbaColor": _change_color,
+    "specularColor": _change_specular,
+    "textureUniqueId": _change_texture,
+}
+"""Arguments of changeVisualShape that change one property, to what does so where only such ones are given."""
+_LENGTHS = {"rgbaColor": 4, "specularColor": 3}
+START.later(partial(replace_properties, "changeVisualShape", CHANGES, _LENGTHS))
