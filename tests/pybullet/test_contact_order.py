@@ -137,6 +137,30 @@ def test_a_column_follows_pybullet_for_sixty_steps(client: int) -> None:
             np.testing.assert_allclose(places, wanted[step], atol=2e-6)
 
 
+def test_contacts_beside_a_constraint_come_in_the_order_of_pybullet(client: int) -> None:
+    """MuJoCo makes the rows of such a world, of which the contacts have the same order as of any other."""
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3)
+    p.setGravity(0, 0, -10)
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    row = [p.createMultiBody(1, box, -1, [0.3 * k, 0.02 * k, 0.11]) for k in range(3)]
+    top = p.createMultiBody(0.5, box, -1, [0.02, 0, 0.32])
+    p.createConstraint(row[2], -1, row[1], -1, p.JOINT_FIXED, [0, 0, 0], [0.15, 0, 0], [-0.15, 0, 0])
+    for _ in range(60):
+        p.stepSimulation()
+    for _ in range(3):  # by Python, then by machine code
+        found = p.getContactPoints()
+        assert [row[1:5] for row in found] == [(1, 0, -1, -1)] * 3 + [(1, 4, -1, -1)] * 3
+        places = [
+            *((0.1005, 0.1004, 0.0), (-0.0995, -0.0996, 0.0), (0.1005, -0.0996, 0.0)),
+            *((-0.079, 0.1004, 0.2), (0.1005, 0.1004, 0.2), (0.1005, -0.0995, 0.2)),
+        ]
+        np.testing.assert_allclose([row[5] for row in found], places, atol=2e-4)
+        forces = [7.5272, 6.9841, 0.4695, 2.2109, 0.2963, 2.4808]
+        np.testing.assert_allclose([row[9] for row in found], forces, atol=0.02)
+        assert p.getContactPoints(top, row[0])[0][9] == found[3][9]
+        assert p.getContactPoints(row[1], 0) == ()
+
+
 PLAIN = """
 import roboyard.pybullet as p
 p.connect(p.DIRECT)

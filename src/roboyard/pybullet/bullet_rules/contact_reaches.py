@@ -135,32 +135,22 @@ def place_shapes(
 
 
 def first_boxes(
-    bodies: Sequence[tuple[PlacedShapes, np.ndarray, Array, Sequence[float]]],
-) -> tuple[np.ndarray, Array]:
-    """Return the geoms (n,) of bodies and (n, 6) boxes around them when they were made, in the world (m).
+    boxes: np.ndarray, counts: Sequence[int], links: Sequence[LinkModel], *, at_inertial: bool, is_mjcf: bool
+) -> Array:
+    """Return (n, 4, 3) boxes in the base's frame (m) in which Bullet adds shapes, joints at 0.
 
     Args:
-        bodies: shapes, the (n,) links of these, the (k, 4, 4) poses of links of `first_frames`, and position
-            and quaternion (7,) of the base then.
+        boxes: (n, 4, 3) as in `ShapeBoxes`.
+        counts: number of them of each link, the base first.
+        links: as for `first_frames`, with the other options.
     """
-    geoms: np.ndarray = np.array([geom for body in bodies for geom in body[0].geoms], np.intp)
-    boxes = np.concatenate([body[0].boxes for body in bodies])
-    frames = np.concatenate([body[2][body[1]] for body in bodies])
-    pose = np.repeat([body[3] for body in bodies], [len(body[1]) for body in bodies], axis=0)
-    x, y, z, w = pose[:, 3:].T
-    turn = np.empty((len(geoms), 3, 3))
-    turn[:, 0] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)
-    turn[:, 1] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1)
-    turn[:, 2] = np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)
-    moved = np.einsum("nij,nkj->nki", turn @ frames[:, :3, :3], boxes)
-    half = np.abs(moved[:, 1:]).sum(axis=1)
-    middle = moved[:, 0] + np.einsum("nij,nj->ni", turn, frames[:, :3, 3]) + pose[:, :3]
-    found = np.concatenate([middle - half, middle + half], axis=1)
-    found[half.max(axis=1) >= ENDLESS] = 0.0
-    return geoms, found
+    frames = first_frames(links, at_inertial=at_inertial, is_mjcf=is_mjcf).repeat(counts, axis=0)
+    found: Array = np.einsum("nij,nkj->nki", frames[:, :3, :3], boxes)
+    found[:, 0] += frames[:, :3, 3]
+    return found
 
 
-def first_frames(links: Sequence[LinkModel], *, at_inertial: bool, is_mjcf: bool = False) -> Array:
+def first_frames(links: Sequence[LinkModel], *, at_inertial: bool, is_mjcf: bool) -> Array:
     """Return the (n, 4, 4) poses in the base's frame at which Bullet adds links to the world, joints at 0.
 
     It places the shapes of a link relative to its inertial frame, but adds them as if they were relative to

@@ -1,4 +1,4 @@
-"""getContactPoints as machine code, for contacts of the last step whose rows were solved row by row.
+"""getContactPoints as machine code, for contacts of the last step where it is known where its rows are.
 
 A compiled loop selects the contacts and writes their numbers, of which this makes tuples. Contacts that were
 kept through an edit, or filtered since the step, go to the Python function; see `fast_entries`.
@@ -20,7 +20,6 @@ class ContactState(NamedTuple):
     command: Any
     prepared: Any
     none: None = None
-    true: bool = True
     zero: int = 0
     """Also the key of what is prepared of the whole scene."""
     any_body: int = -1
@@ -28,15 +27,14 @@ class ContactState(NamedTuple):
     contacts: str = "_contacts"
     seen: str = "_seen"
     filtered: str = "filtered"
-    is_last: str = "is_last"
-    rows: str = "_rows"
+    last_rows: str = "last"
     parts: str = "parts"
     nothing: tuple[()] = ()
 
 
 _SOURCE = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ZERO, ANY_BODY, ANY_LINK = range(3, 10)
-CONTACTS, SEEN, FILTERED, IS_LAST, ROWS_NAME, PARTS_NAME, NOTHING = range(10, 17)
+COMMAND, PREPARED, NONE, ZERO, ANY_BODY, ANY_LINK = range(3, 9)
+CONTACTS, SEEN, FILTERED, ROWS_NAME, PARTS_NAME, NOTHING = range(9, 15)
 SCENE, LAST, OWN, ROWS, LOOP, BUNDLE, NUMBERS, LINKS = range(3, 11)
 WIDTH = 4  # of a row of links
 
@@ -78,8 +76,6 @@ def is_known(state, scene):
         return False
     filtered = attribute(last, word(state, FILTERED))
     if filtered == 0 or PyDict_Size(filtered) != 0:
-        return False
-    if attribute(own, word(state, IS_LAST)) != word(state, TRUE):
         return False
     return attribute(own, word(state, ROWS_NAME)) == word(scene, ROWS)
 

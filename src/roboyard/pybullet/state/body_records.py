@@ -318,34 +318,22 @@ class BodyRecord:
             self._forms = model, margins, known[key].at(rows)
         return self._forms[2]
 
-    def links_of_shapes(self) -> np.ndarray:
-        """Return the (n,) place of its link for each shape of `forms`, the base's being 0."""
-        rows = self.body.geom_rows
-        return np.repeat(np.arange(len(rows)), [len(of_link) for of_link in rows])
+    def first_boxes(self, model: Any) -> tuple[Array, Array] | None:
+        """Return boxes (n, 4, 3) of the shapes of `forms` in the base's frame (m), and the first pose (7,).
 
-    def first_frames(self) -> Array:
-        """Return the (n, 4, 4) poses of links when they are loaded; see the function of this name."""
-        from roboyard.pybullet.bullet_rules.contact_reaches import first_frames
+        The boxes are those in which Bullet adds the shapes. None where the pose is not known.
+        """
+        if self.first_pose is None:
+            return None
+        counts = tuple(map(len, self.body.geom_rows))
+        key = counts, self.kind, self.is_mjcf
+        known: dict[Any, Array] = of_model(self.model, "first boxes", _nothing)
+        if key not in known:
+            from roboyard.pybullet.bullet_rules.contact_reaches import first_boxes
 
-        options = {"at_inertial": self.kind != MULTIBODY, "is_mjcf": self.is_mjcf}
-        name = f"first frames {options}"
-        return of_model(self.model, name, lambda model: first_frames(model.links, **options))
-
-    def is_where_it_was_loaded(self, model: Any, data: Any) -> bool:
-        """Return whether a body of one link, whose shapes Bullet adds where they are, has not moved yet."""
-        first = self.first_pose
-        if first is None or len(self.links) != 1:
-            return False
-        if self.model.fixed_base:
-            return self.body.built.is_ground
-        if not of_model(self.model, "adds shapes in place", lambda _: self._adds_in_place()):
-            return False
-        place = model.jnt_qposadr.item(model.body_jntadr.item(self.body.mujoco_ids.item(0)))
-        x, y, z, w, i, j, k = data.qpos[place : place + 7].tolist()
-        return (x, y, z, i, j, k, w) == first
-
-    def _adds_in_place(self) -> bool:
-        return bool(np.array_equal(self.first_frames()[0], np.eye(4)))
+            options = {"at_inertial": self.kind != MULTIBODY, "is_mjcf": self.is_mjcf}
+            known[key] = first_boxes(self.forms(model).boxes, counts, self.model.links, **options)
+        return known[key], np.array(self.first_pose)
 
     def _place_shapes(self, rows: Sequence[Sequence[int]]) -> PlacedShapes:
         from roboyard.pybullet.bullet_rules.contact_reaches import place_shapes

@@ -24,6 +24,7 @@ Place = tuple[int, int]
 Contact = tuple[tuple[Place, Place], Point]
 """Links in Bullet's order, and getContactPoints fields from point on A."""
 ANY_LINK = -2
+_NO_STARTS = np.zeros(13, np.int64)
 
 
 def touching(scene: Any) -> Iterable[Contact]:
@@ -82,6 +83,7 @@ def _copied(world: Any, count: int, places: np.ndarray, reaches: np.ndarray) -> 
     return loops.Listed(
         *(contact.geom, loops.NUMBERED - 3 * np.arange(count, dtype=np.int32), np.full(count, 3, np.int32)),
         *(contact.dist, contact.pos, contact.frame, np.ascontiguousarray(world.contact_forces()).ravel()),
+        _NO_STARTS,
         *(places, reaches, *_room(count), np.array([count], np.int32)),
         *(np.zeros(0, np.int32), np.full(loops.ORDERED + 1, -1)),
     )
@@ -311,12 +313,12 @@ class LastStep:
             count: number of contacts, for which there is room.
 
         Returns:
-            None where MuJoCo made the rows of contacts.
+            None where they are nowhere in memory that is known.
         """
         in_place = self._scene.world.stepping.contacts_in_place()
         if in_place is None:
             return None
-        contacts, force, counts = in_place
+        contacts, force, counts, starts = in_place
         reaches, known = self._scene.contact_reaches(), self._listed
         points = self._scene.world.stepping.manifolds.points
         if known is not None:
@@ -324,6 +326,7 @@ class LastStep:
             if (
                 arrays.geom is contacts.geom
                 and arrays.force is force
+                and arrays.starts is starts
                 and arrays.places is places
                 and arrays.reaches is reaches
                 and arrays.order is points.listing
@@ -332,7 +335,7 @@ class LastStep:
                 return known
         loops, c = kernels(), contacts
         arrays = loops.Listed(
-            *(c.geom, c.address, c.dim, c.dist, c.position, c.frame, force, places, reaches),
+            *(c.geom, c.address, c.dim, c.dist, c.position, c.frame, force, starts, places, reaches),
             *(*_room(2 * count), counts, points.listing, points.notes),
         )
         self._listed = arrays, loops.LISTED.of(arrays)
@@ -352,7 +355,7 @@ class LastStep:
             and arrays.order is world.stepping.manifolds.points.listing
         ):
             prepared[0] = (
-                *(scene, self, *world.stepping.own_rows, kernels().list_known_contacts, bundle),
+                *(scene, self, *world.stepping.known_rows, kernels().list_known_contacts, bundle),
                 *(arrays.numbers, arrays.links.reshape(-1)),
             )
 

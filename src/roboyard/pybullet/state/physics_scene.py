@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import KeysView, Sequence
+from collections.abc import KeysView
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -422,23 +422,13 @@ class PhysicsScene:
         """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
         return self._shape_numbers()[2]
 
-    def first_boxes(self, bodies: Sequence[int]) -> tuple[Any, Any]:
-        """Return geoms (n,) of bodies, by their ids in the World, and (n, 6) boxes at first (m).
+    def first_boxes(self, body: int) -> tuple[Any, Any] | None:
+        """Return boxes (n, 4, 3) around a body's shapes, by its id in the World, and its first pose (7,).
 
-        Bodies whose boxes are as they were at first are skipped.
+        The boxes are in the base's frame (m). None where the pose is not known.
         """
-        model, data = self.world.live_model, self.world.live_data
-        records = [self._records_by_world_id[key] for key in bodies if key in self._records_by_world_id]
-        found = [
-            (record.forms(model), record.links_of_shapes(), record.first_frames(), record.first_pose)
-            for record in records
-            if record.first_pose is not None and not record.is_where_it_was_loaded(model, data)
-        ]
-        if not found:
-            return np.zeros(0, np.intp), np.zeros((0, 6))
-        from roboyard.pybullet.bullet_rules.contact_reaches import first_boxes
-
-        return first_boxes(found)
+        record = self._records_by_world_id.get(body)
+        return None if record is None else record.first_boxes(self.world.live_model)
 
     def _shape_numbers(self) -> Numbers:
         """Return margins, reaches and forms of all shapes."""

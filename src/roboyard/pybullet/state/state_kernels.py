@@ -21,6 +21,8 @@ ACROSS, FIRST, ALONG, SECOND, NUMBERS = 11, 12, 15, 16, 19
 """Numbers of a contact: points on A and B (m), normal on B, distance (m), normal force (N), and friction (N)
 and its direction, twice."""
 ANY_LINK = -2
+FORCE = 9
+"""Place of the forces of rows among the arrays of `Rows`."""
 _NEARLY_FLAT = float(np.sqrt(0.5))
 
 
@@ -383,7 +385,10 @@ class Listed(NamedTuple):
     position: Any
     frame: Any
     force: Any
-    """Forces along the rows of `frame`, on the second geom (N): `dim` from NUMBERED - `address` on."""
+    """Forces along the rows of `frame`, on the second geom (N): `dim` from row NUMBERED - `address` on, or
+    `address` where MuJoCo has made the rows."""
+    starts: Any
+    """As of `Rows`; at 9 the place in `force` of the first of MuJoCo's rows."""
     places: Any
     """(ngeom, 4), see NUMBER."""
     reaches: Any
@@ -402,8 +407,8 @@ class Listed(NamedTuple):
 
 _LISTED = record(
     Listed,
-    "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[::1] i4[:,::1] f8[::1] f8[:,::1] i8[:,::1] i4[::1]"
-    " i4[::1] i8[::1]",
+    "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[::1] i8[::1] i4[:,::1] f8[::1] f8[:,::1] i8[:,::1]"
+    " i4[::1] i4[::1] i8[::1]",
 )
 LISTED = Bundle((_LISTED,))
 
@@ -438,7 +443,8 @@ def _list(listed, parts, body_a, body_b, link_a, link_b):  # pragma: no cover
         g, h = geom[i, 0], geom[i, 1]
         if body_a >= 0 and places[g, NUMBER] != body_a and places[h, NUMBER] != body_a:
             continue
-        row, dim = NUMBERED - listed.address[i], listed.dim[i]
+        row, dim = listed.address[i], listed.dim[i]
+        row = listed.starts[FORCE] + row if row >= 0 else NUMBERED - row
         first = listed.force[row] if row >= 0 else 0.0
         second = listed.force[row + 1] if row >= 0 and dim > 1 else 0.0
         third = listed.force[row + 2] if row >= 0 and dim > 2 else 0.0

@@ -6,8 +6,6 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-import numpy as np
-
 from roboyard.description.model import RobotDescription
 from roboyard.sim.body import Body
 from roboyard.sim.build.group_masks import code_masks
@@ -224,25 +222,3 @@ class CollisionFilters:
                 bodyname1=bodies[body_a].built.links[link_a].element.name,
                 bodyname2=bodies[body_b].built.links[link_b].element.name,
             )
-
-
-def touching_welds(model: Any) -> np.ndarray | None:
-    """Return the bodies that count as fixed to each other where contacts are found.
-
-    MuJoCo looks for no contacts of bodies that are fixed to the same one, nor of two without degrees of
-    freedom. Here links of a robot that touch one another count as bodies of their own, also where they cannot
-    move apart, but for those that are fixed to the world.
-
-    Returns:
-        (2, nbody) int32 of bodies to which bodies are fixed, and their degrees of freedom; None where these
-        are MuJoCo's own.
-    """
-    fixed_to, bodies = model.body_weldid, model.geom_bodyid
-    own = np.zeros(model.nbody, bool)
-    own[bodies[model.geom_contype & model.geom_conaffinity != 0]] = True
-    own &= fixed_to != 0
-    places = np.arange(model.nbody, dtype=np.int32)
-    own &= fixed_to != places
-    if not own.any():
-        return None
-    return np.stack([np.where(own, places, fixed_to), np.where(own, 1, model.body_dofnum)]).astype(np.int32)

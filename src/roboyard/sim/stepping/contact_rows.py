@@ -97,13 +97,18 @@ class ContactRows:
         self._known_welds: np.ndarray | None = None
         self._addresses: tuple[int, ...] | None = None
         """Arguments of `find_contacts` for the model and this data, none where they are not known."""
-        self.is_last = False
-        """Whether all rows of the last step are here."""
+        self.last: Rows | None = None
+        """Arrays with all rows of the last step, these or MuJoCo's; None where it is not known where they
+        are."""
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
-        self._model = self.welds = None
-        self.is_last = False
+        self._model = self.welds = self.last = None
+
+    @property
+    def is_last(self) -> bool:
+        """Whether all rows of the last step are here."""
+        return self.last is self._rows
 
     def makes_joints(self, model: Any) -> bool:
         """Return whether rows of joints are made here, too: there are no others but those of contacts."""
@@ -197,7 +202,10 @@ class ContactRows:
         """Make room for as many contacts, rows and entries as `counts` says."""
         contacts, rows, entries = (int(self.counts[k]) for k in (0, ALL, 5))
         if contacts > len(self._address) or rows > len(self._rows.kind) or entries > len(self._rows.jacobian):
+            is_last = self.is_last
             self._rows = _rows(2 * rows, 2 * entries)
+            if is_last:
+                self.last = self._rows
             self._address = np.full(2 * contacts, -1, np.int32)
 
     def motor_efforts(self) -> Array:
@@ -219,11 +227,6 @@ class ContactRows:
     def arrays(self) -> Rows:
         """The arrays of the rows, until there are more."""
         return self._rows
-
-    @property
-    def row_forces(self) -> Array:
-        """(n,) forces of all rows in the last step (N or N m)."""
-        return self._rows.force
 
     def forces(self, found: StepRows, count: int) -> Array:
         """Return (n, 6) forces (N) and torques (N m) of the contacts that have rows here, 0 of others.

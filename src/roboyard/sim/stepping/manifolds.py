@@ -9,7 +9,7 @@ few steps.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -48,6 +48,7 @@ from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.manifold_kernels")
 edge_kernels = lazy_module("roboyard.sim.stepping.narrow_phase.edge_kernels")
+boxes = lazy_module("roboyard.sim.stepping.first_boxes")
 meeting_pairs = lazy_module("roboyard.sim.stepping.impulses.meeting_pairs")
 face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 
@@ -61,9 +62,9 @@ _BLANK = mujoco.MjContact()
 """Given to MuJoCo for contacts that are written then."""
 
 
-FirstBoxes = Callable[[Sequence[int]], tuple[np.ndarray, Array]]
-"""Returns geoms (n,) of bodies by their ids, and (n, 6) least and largest coordinates (m) of the boxes in
-which they were made; 0 where these are not known."""
+FirstBoxes = Callable[[int], "tuple[Array, Array] | None"]
+"""Returns the (n, 4, 3) boxes around the shapes of a body, by its id, in the base's frame, and the (7,) pose
+of the base when the body was made, as for `write_first_boxes`; None where these are not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +118,8 @@ class Manifolds:
         self.first_boxes: FirstBoxes | None = None
         """Looks up the boxes in which the shapes of bodies were made; without it, these are where the shapes
         are at the first step."""
-        self._has_new = False
-        """Whether there may be shapes that have not been in a step."""
+        self._new = dict[int, np.ndarray]()
+        """Geoms of bodies, by id, that may not have been in a step."""
 
     @property
     def keeps(self) -> bool:
@@ -239,7 +240,10 @@ class Manifolds:
             self.points, bound.trees, *((_NO_GEOMS, rows) if is_there else (rows, _NO_GEOMS))
         )
         self._ranges.clear()
-        self._has_new = True
+        if is_there:
+            self._new[body.id] = rows
+        else:
+            self._new.pop(body.id, None)
         if self.points.notes[REFRESHED]:
             self._write_refreshed(bound)
 
@@ -275,26 +279,23 @@ class Manifolds:
         """Let MuJoCo find one point of a pair where points are kept, before mj_step1."""
         if self._bound is None:
             self._bind(model, data)
-        if self._has_new:
-            self._has_new = False
+        if self._new:
             self._write_first_boxes()
 
     @property
     def is_prepared(self) -> bool:
         """Whether `prepare` has nothing to do."""
-        return self._bound is not None and not self._has_new
+        return self._bound is not None and not self._new
 
     def _write_first_boxes(self) -> None:
         """Write the boxes in which new shapes were made, for the next step."""
-        bound, points, first_boxes = self._bound, self.points, self.first_boxes
-        if bound is None or first_boxes is None or not bound.keeps:
-            return
-        is_new = points.wide[:, 0] > points.wide[:, 3]
-        bodies = set(bound.owners[is_new, 0].tolist()) - {-1}
-        if bodies:
-            geoms, boxes = first_boxes(sorted(bodies))
-            among = is_new[geoms]
-            points.tight[geoms[among]] = boxes[among]
+        first_boxes, points = self.first_boxes, self.points
+        if first_boxes is not None:
+            for body, geoms in self._new.items():
+                found = first_boxes(body)
+                if found is not None:
+                    boxes().write_first_boxes(geoms, *found, points.wide, points.tight)
+        self._new.clear()
 
     def move(
         self,
@@ -425,7 +426,6 @@ class Manifolds:
         else:
             model.opt.disableflags &= ~_MULTIPLE
         owners, turns, places = self._orders_of(model)
-        self._has_new = True
         self._bound = _Bound(
             keeps=keeps,
             geoms=(model.geom_type, model.geom_bodyid),
@@ -436,6 +436,7 @@ class Manifolds:
             seen=2 * world.profile.contact_margin,
         )
         kept, self._kept = self._kept, None
+        self._new = {}
         old = self.points
         met = 0 if kept is None else len(kept.met.ranks)
         every = len(turns) * (len(turns) - 1) // 2  # of all geoms, those that have no body yet, too
@@ -444,8 +445,19 @@ class Manifolds:
         self.points = _points(turns.copy(), places.copy(), *room)
         if kept is not None:
             self._take(kept, self._bound)
+        if keeps:
+            self._note_new(owners)
         if self._refreshed:
             self._write_refreshed(self._bound)
+
+    def _note_new(self, owners: np.ndarray) -> None:
+        """Note the bodies some of whose geoms have no boxes yet."""
+        wide, bodies = self.points.wide, self._world.body_by_id
+        found = set(owners[wide[:, 0] > wide[:, 3], 0].tolist()) - {-1}
+        self._new = {
+            key: np.array([row for rows in bodies[key].geom_rows for row in rows], np.int32)
+            for key in sorted(found)
+        }
 
     def _orders_of(self, model: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return owners and orders of geoms, kept for the last few sets of bodies, which may come again."""

@@ -159,7 +159,7 @@ class Stepping:
 
     def plain_step(self, model: Any, data: Any) -> None:
         """Execute one step of a world whose only rules are that sliding does not lift and stops hold."""
-        self.in_turn.contact_rows.is_last = False
+        self.in_turn.contact_rows.last = None
         if self._is_implicit:
             self.fast_turns.choose(model, data)
         if not self.stops.is_watching(model, data):
@@ -198,7 +198,7 @@ class Stepping:
 
     def step(self, model: Any, data: Any) -> None:
         """Execute one step with all rules."""
-        self._is_direct = self.in_turn.contact_rows.is_last = False
+        self._is_direct, self.in_turn.contact_rows.last = False, None
         if self._soft.by_id:
             self._step_in_parts(model, data)
         elif self._world.hard_contacts:  # stops are rigid, too
@@ -243,7 +243,7 @@ class Stepping:
         own = in_turn.contact_rows
         if self._makes_rows and not slides and found.is_direct and own.serves(model, self.manifolds):
             if self._solve_contacts(model, data, found):
-                own.is_last = True
+                own.last = own.arrays
                 mujoco.mj_Euler(model, data)
                 self._is_direct = own.makes_joints(model)
                 return
@@ -276,6 +276,7 @@ class Stepping:
             answer = in_turn.execute(found, r.ARRANGE, r.SOLVE, remade=int(remade))
         if answer == r.DONE:
             mujoco.mj_Euler(model, data)
+            in_turn.contact_rows.last = found.rows if found.is_direct else None
             return
         if remade:
             self._complete_rows(model, data, found)
@@ -303,7 +304,8 @@ class Stepping:
         if answer != r.DONE:
             answer = in_turn.go_on(answer, found, r.KEEP, r.SOLVE, 1, r.OF_ALL)
             if not self._solve_new_points(answer, model, data, found):
-                self._is_direct = own.is_last = self._makes_rows = False
+                self._is_direct = self._makes_rows = False
+                own.last = None
                 self._solve_rows(model, data, found, r.OTHERS, remade=True)
                 return True
         mujoco.mj_Euler(model, data)
@@ -371,17 +373,18 @@ class Stepping:
             out[i] = wrench[:3]
         return out
 
-    def contacts_in_place(self) -> tuple[Contacts, Array, np.ndarray] | None:
-        """Return contacts of the last step, (n,) forces of its rows, and (6,) counts, that of contacts first.
+    def contacts_in_place(self) -> tuple[Contacts, Array, np.ndarray, np.ndarray] | None:
+        """Return contacts of the last step, the forces of its rows, counts (6,), and places of arrays (13,).
 
-        The arrays may be longer, and stay from step to step; a contact's rows are numbered as
-        `contact_row_kernels.NUMBERED` says. None where MuJoCo made the rows.
+        The first count is that of contacts. The arrays may be longer, and stay from step to step. A contact's
+        rows are numbered as `contact_row_kernels.NUMBERED` says, or as MuJoCo does where it made them: then
+        the forces begin at the tenth of the places. None where it is not known where they are.
         """
         found = None if self._compiled is None else self._compiled[1]
-        own = self.in_turn.contact_rows
-        if found is None or not own.is_last:
+        rows = self.in_turn.contact_rows.last
+        if found is None or rows is None:
             return None
-        return found.contacts, own.row_forces, found.search.counts
+        return found.contacts, rows.force, found.search.counts, rows.starts
 
     def contact_order(self, count: int) -> np.ndarray:
         """Return (n,) the so many contacts of the last step in the order in which Bullet lists them."""
@@ -391,9 +394,9 @@ class Stepping:
         return np.arange(count, dtype=np.int32)
 
     @property
-    def own_rows(self) -> tuple[ContactRows, Rows]:
-        """The rows that are made here, and their arrays now."""
-        return self.in_turn.contact_rows, self.in_turn.contact_rows.arrays
+    def known_rows(self) -> tuple[ContactRows, Rows | None]:
+        """What makes rows, and its arrays with all rows of the last step; see `ContactRows.last`."""
+        return self.in_turn.contact_rows, self.in_turn.contact_rows.last
 
     def find_reactions(self, model: Any, data: Any) -> None:
         """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, as `mj_rnePostConstraint` does."""

@@ -22,7 +22,6 @@ from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.constraints.constraints import Constraints
 from roboyard.sim.engine import Engine
-from roboyard.sim.stepping.collision_filters import touching_welds
 from roboyard.sim.stepping.contact_rows import ContactRows
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.manifolds import Manifolds
@@ -41,6 +40,7 @@ from roboyard.sim.stepping.surfaces import Surfaces
 handing_over = lazy_module("roboyard.sim.stepping.impulses.handing_over")
 order = lazy_loop("roboyard.sim.stepping.impulses.order", "execute")
 solving = lazy_module("roboyard.sim.stepping.impulses.solving")
+welds = lazy_module("roboyard.sim.stepping.sequential.weld_kernels")
 
 _ORDERS = 4
 """Orders of solution that are kept, for programs that create and remove the same in turns."""
@@ -364,10 +364,11 @@ class SequentialMotors:
         """Look up which links count as fixed to each other; see `touching_welds`."""
         if self._world.profile.parents_pass:
             return
-        known, welds = self.contact_rows.welds, touching_welds(model)
-        mechanism.geom_weld[:] = (model.body_weldid if welds is None else welds[0])[model.geom_bodyid]
-        if known is None or welds is None or not np.array_equal(known, welds):
-            self.contact_rows.welds = welds
+        found = np.empty((2, model.nbody), np.int32)
+        if not welds().touching_welds(mechanism, model.body_weldid, model.body_dofnum, found):
+            self.contact_rows.welds = None
+        elif self.contact_rows.welds is None or not np.array_equal(self.contact_rows.welds, found):
+            self.contact_rows.welds = found
 
     def _take_work_arrays(self, model: Any) -> None:
         """Take the solver's arrays of the world whose model this one took over, or make them."""

@@ -1,0 +1,53 @@
+"""Loops that are run where bodies came or went, compared with plain versions."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from roboyard.sim.stepping.first_boxes import write_first_boxes
+from roboyard.sim.stepping.sequential.solver_arrays import of_model
+from roboyard.sim.stepping.sequential.weld_kernels import touching_welds
+
+LINKS = """<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+  <body><freejoint/><geom size="0.1"/>
+    <body><geom size="0.1"/><body><geom size="0.1" contype="2" conaffinity="4"/></body>
+      <body><joint/><geom size="0.1"/><body><geom size="0.1"/></body></body></body></body>
+  <body><geom size="0.1"/><body><geom size="0.1"/></body></body></worldbody></mujoco>"""
+
+
+def test_boxes_hold_the_corners_of_shapes_where_their_body_was_made() -> None:
+    """Shapes that have a box already, and those without an end, get none."""
+    rng = np.random.default_rng(0)
+    corners = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
+    for _ in range(20):
+        boxes, turn = rng.normal(size=(4, 4, 3)), Rotation.from_quat(rng.normal(size=4))
+        boxes[2, 1:] = 1e9 * np.eye(3)
+        place = rng.normal(size=3)
+        wide = np.tile([1.0, 0, 0, 0, 0, 0], (9, 1))
+        wide[5, 0] = -1.0
+        tight = np.full((9, 6), 7.0)
+        geoms = np.array([3, 5, 6, 8], np.int32)
+        write_first_boxes(geoms, boxes, np.concatenate([place, turn.as_quat()]), wide, tight)
+        for geom, (middle, *edges) in ((3, boxes[0]), (8, boxes[3])):
+            points = place + turn.apply(middle + corners @ np.array(edges))
+            np.testing.assert_allclose(
+                tight[geom], np.concatenate([points.min(axis=0), points.max(axis=0)]), atol=1e-12
+            )
+        assert not tight[6].any()
+        assert np.all(tight[[0, 1, 2, 4, 5, 7]] == 7.0)
+
+
+def test_links_that_touch_one_another_count_as_bodies_of_their_own() -> None:
+    """All but those that are fixed to the world, or whose masks have no bit in common."""
+    model = mujoco.MjModel.from_xml_string(LINKS)
+    mechanism, found = of_model(model), np.empty((2, model.nbody), np.int32)
+    assert model.body_weldid.tolist() == [0, 1, 1, 1, 4, 4, 0, 0]
+    assert touching_welds(mechanism, model.body_weldid, model.body_dofnum, found) == 1
+    assert found.tolist() == [[0, 1, 2, 1, 4, 5, 0, 0], [0, 6, 1, 0, 1, 1, 0, 0]]
+    np.testing.assert_array_equal(mechanism.geom_weld, found[0][model.geom_bodyid])
+    model.geom_contype[[2, 5]] = 0
+    assert touching_welds(mechanism, model.body_weldid, model.body_dofnum, found) == 0
+    np.testing.assert_array_equal(found, [model.body_weldid, model.body_dofnum])
+    np.testing.assert_array_equal(mechanism.geom_weld, model.body_weldid[model.geom_bodyid])
