@@ -75,12 +75,14 @@ def replace_joints() -> None:
 
 
 def replace_bases() -> None:
-    """Replace resetBasePositionAndOrientation and resetBaseVelocity."""
-    from roboyard.pybullet.fast.base_entries import POSE, SPEED
+    """Replace resetBasePositionAndOrientation, resetBaseVelocity and getBaseVelocity."""
+    from roboyard.pybullet.fast.base_entries import POSE, SPEED, VELOCITY
 
     words = "is_moved", "_velocity_moved", "frames_are_old", "fixed_poses", "placed"
     _replace("resetBasePositionAndOrientation", POSE, "bases", words)
     _replace("resetBaseVelocity", SPEED, "bases", words)
+    zero = (0.0, 0.0, 0.0)
+    _replace("getBaseVelocity", VELOCITY, "bases", ((zero, zero),))
 
 
 def replace_constraint_state() -> None:

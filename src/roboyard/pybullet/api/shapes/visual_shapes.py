@@ -417,7 +417,7 @@ def _change_color(client: Client, body: int, link: int, rgba: tuple[float, float
     record = scene.bodies.get(body)
     if record is not None and -1 <= link < record.joint_count:
         record.colors[link + 1] = rgba
-        scene.world.render_shapes.recolor(record.body, link + 1, -1, rgba)
+        scene.world.render_shapes.change_later(record.body, link + 1, -1, "rgba", rgba)
 
 
 def _change_specular(client: Client, body: int, link: int, rgb: tuple[float, float, float]) -> None:
