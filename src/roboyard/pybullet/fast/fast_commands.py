@@ -85,6 +85,15 @@ def replace_bases() -> None:
     _replace("getBaseVelocity", VELOCITY, "bases", ((zero, zero),))
 
 
+def replace_links() -> None:
+    """Replace getLinkState and getLinkStates."""
+    from roboyard.pybullet.fast.link_entries import KIND, LINKS
+
+    names = "is_moved", "frames_are_old", "kept_frames", "frames_revision", "single_reads", "long_axes"
+    for name, is_many in (("getLinkState", False), ("getLinkStates", True)):
+        _replace(name, LINKS, KIND, (False, 0, is_many, *names))
+
+
 def replace_constraint_state() -> None:
     """Replace getConstraintState."""
     from roboyard.pybullet.fast.constraint_entries import CONSTRAINT
