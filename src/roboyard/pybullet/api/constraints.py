@@ -351,6 +351,28 @@ def _turn_child(client: Client, number: int, orientation: Quaternion) -> None:
         record.child_orientation = turn
         if record.kind != c.JOINT_GEAR:
             scene.world.constraints.set_frame(record.made, "b", *child_frame(scene, record))
+            _prepare_turn(scene, record)
+
+
+def _prepare_turn(scene: PhysicsScene, record: ConstraintRecord) -> None:
+    """Let machine code turn the child's frame of a constraint, where its inertial frame is not turned."""
+    world, made, places = scene.world, record.made, (record.number,)
+    if made is None or (world.is_stale and made.element is not None):
+        return
+    is_plain = child_frame(scene, record)[1] == record.child_orientation
+    name = "jointChildFrameOrientation"
+    if is_plain and is_changed_again("changeConstraint", name, world.prepared, "pivots", places):
+        from roboyard.pybullet.fast.property_entries import Write
+
+        write = Write(
+            owner=record,
+            name="child_orientation",
+            targets=() if world.is_stale else (world.live_model.site_quat[made.rows[1]],),
+            other=made,
+            other_name="orientation_b",
+            turns=True,
+        )
+        prepare_write("changeConstraint", name, world.prepared, "pivots", places, write)
 
 
 def _bound(client: Client, number: int, force: float) -> None:

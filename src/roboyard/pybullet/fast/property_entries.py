@@ -63,6 +63,11 @@ class Write(NamedTuple):
     """Objects, each followed by the name of its attribute that is the value, too."""
     rises: bool = False
     """Whether a pair whose second number is smaller than the first goes to the function."""
+    turns: bool = False
+    """Whether the value is a quaternion x, y, z, w, of which the owner's attribute is the one of length 1.
+
+    The other's attribute is that again divided by its length, which the targets (4,) take with w first.
+    """
 
 
 class Properties(NamedTuple):
@@ -95,7 +100,7 @@ KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
 NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED = range(11, 17)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
-MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES = range(11, 20)
+MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES, TURNS = range(11, 21)
 {parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE, NUMBER, ITEM, HAS_LENGTH)}
 @part
 def number_of(state, values, place):
@@ -252,10 +257,42 @@ def is_written(state, write, value, length):
     return True
 
 @part
+def four(x, y, z, w):
+    made = PyTuple_New(4)
+    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
+    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
+    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
+    PyTuple_SetItem(made, 3, PyFloat_FromDouble(w))
+    return made
+
+@part
+def is_turned(state, write, value):
+    x, y = number_of(state, value, 0), number_of(state, value, 1)
+    z, w = number_of(state, value, 2), number_of(state, value, 3)
+    size = np.sqrt(x * x + y * y + z * z + w * w)
+    if not size > 0.0 or size - size != 0.0:
+        return False
+    if size != 1.0:
+        x, y, z, w = x / size, y / size, z / size, w / size
+    made = four(x, y, z, w)
+    PyObject_SetAttr(word(write, OWNER), word(write, NAME), made)
+    Py_DecRef(made)
+    size = np.sqrt(x * x + y * y + z * z + w * w)
+    x, y, z, w = x / size, y / size, z / size, w / size
+    made = four(x, y, z, w)
+    PyObject_SetAttr(word(write, OTHER), word(write, OTHER_NAME), made)
+    Py_DecRef(made)
+    targets = word(write, TARGETS)
+    for t in range(word(targets, SIZE)):
+        target = numbers(word(targets, ITEMS + t))
+        target[0], target[1], target[2], target[3] = w, x, y, z
+    return True
+
+@part
 def is_done(state, given, first, at, record, value, length):
     if record != 0 and is_present(state, record, at, value, length):
         return True
-    if length > 3 or (record == 0 and word(state, RECORDS) != word(state, NONE)):
+    if length > 4 or (record == 0 and word(state, RECORDS) != word(state, NONE)):
         return False
     write = write_of(state, given, first, at)
     if write == 0:
@@ -263,7 +300,10 @@ def is_done(state, given, first, at, record, value, length):
     if is_known(state, write, value, length):
         return True
     Py_IncRef(write)
-    done = is_written(state, write, value, length)
+    if length < 4:
+        done = is_written(state, write, value, length)
+    else:
+        done = word(write, TURNS) == word(write, TRUE) and is_turned(state, write, value)
     Py_DecRef(write)
     return done
 

@@ -1,4 +1,4 @@
-"""Constraints whose largest force changes between steps: as by the Python functions, and as in PyBullet."""
+"""Constraints whose force or frame changes in every step: as by the Python functions, and as in PyBullet."""
 
 from __future__ import annotations
 
@@ -116,3 +116,60 @@ def test_machine_code_writes_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
     p.stepSimulation()
     assert p.getConstraintInfo(held)[10] == 8.0
     assert np.abs(p.getConstraintState(held)[:3]).max() == pytest.approx(8.0, rel=1e-6)
+
+
+def turn_of(step: int) -> list[float]:
+    return [0.0, 0.01 * step, 0.3, 2.0 - 0.01 * (step % 7)]
+
+
+def test_a_box_that_is_turned_by_its_constraint_moves_as_in_pybullet() -> None:
+    box, held = held_box()
+    for step in range(60):
+        p.changeConstraint(held, [0.001 * step, 0, 1.1], turn_of(step), maxForce=50)
+        p.stepSimulation()
+    position, turn = p.getBasePositionAndOrientation(box)
+    np.testing.assert_allclose(position, TURNED[:3], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(turn, TURNED[3:], rtol=0, atol=1e-9)
+
+
+TURNED = (
+    *(0.004380078139423495, -0.00769534417889882, 1.014077409437603),
+    *(1.9012120006406038e-05, 0.26548304642465953, 0.14496864669909157, 0.9531541549895564),
+)
+"""Position (m) and quaternion of that box in PyBullet 3.2.7."""
+
+
+def test_turned_frames_are_those_of_the_python_function() -> None:
+    outcomes: list[Any] = []
+    for is_python in (False, True):
+        draw = random.Random(2)
+        box, held = held_box()
+        robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf", [2, 0, 1])
+        made = [
+            held,
+            p.createConstraint(box, -1, robot, -1, p.JOINT_FIXED, ZERO, ZERO, [-2, 0, 0]),
+            p.createConstraint(box, -1, robot, 3, p.JOINT_FIXED, ZERO, ZERO, [-2, 0, 0]),
+        ]
+        change = p.changeConstraint.__self__ if is_python else p.changeConstraint
+        client: Any = CLIENTS[0]
+        for step in range(80):
+            turn: Any = [draw.uniform(-1, 1) for _ in range(4)]
+            if step % 5 == 4:
+                turn = draw.choice([[0, 0, 0, 0], (0, 0, 0, 1), [0.6, 0, 0, 0.8], np.array([0, 0, 3.0, 4.0])])
+            for constraint in made:
+                change(constraint, jointChildFrameOrientation=turn)
+                change(constraint, [0, 0.01 * step, 1], turn[::-1])
+            if step % 30 == 10:
+                p.createMultiBody(1.0, basePosition=[5, 5, 5])
+                change(held, jointChildFrameOrientation=turn)
+            if step % 3 == 0:
+                p.stepSimulation()
+            world = client.scene.world
+            for record in client.scene.constraints.values():
+                outcomes += [record.child_orientation, tuple(record.made.orientation_b)]
+                if not world.is_stale:
+                    outcomes.append(world.live_model.site_quat[record.made.rows[1]].tolist())
+            outcomes.append(p.getBasePositionAndOrientation(box))
+        p.disconnect()
+    half = len(outcomes) // 2
+    assert repr(outcomes[:half]) == repr(outcomes[half:])
