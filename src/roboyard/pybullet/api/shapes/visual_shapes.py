@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 _FAILED, _ARRAY_FAILED = "createVisualShape failed.", "createVisualShapeArray failed."
 _WHITE = (1.0, 1.0, 1.0, 1.0)
-_NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+_NOWHERE, _UNIT, _IDENTITY = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 1.0)
 _PLAIN = (c.GEOM_SPHERE, c.GEOM_BOX, c.GEOM_CYLINDER, c.GEOM_CAPSULE)
 _KNOWN: dict[Any, Visual] = {}
 """Visuals of plain shapes by what they were made of: programs make many of the same."""
@@ -367,15 +367,16 @@ def _visual(
         if found is not None:
             return found
     r, g, b, a = quaternion_or(rgba, _WHITE)
-    if (
-        kind == c.GEOM_MESH
-        and vertices is None
-        and find_file(client.search.folder, text(file_name), client.mounts) is None
-    ):
-        return None
-    geometry = plain_geometry(
-        client, kind, radius, half_extents, length, file_name, mesh_scale, normal, vertices, indices, message
-    )
+    if kind == c.GEOM_MESH and vertices is None:
+        path = find_file(client.search.folder, text(file_name), client.mounts)
+        if path is None:
+            return None
+        geometry: Geometry = Mesh(uri=file_name, path=path, scale=vector3_or(mesh_scale, _UNIT))
+    else:
+        geometry = plain_geometry(
+            *(client, kind, radius, half_extents, length, file_name, mesh_scale, normal),
+            *(vertices, indices, message),
+        )
     if isinstance(geometry, Mesh) and geometry.data is not None:
         from roboyard.pybullet.api.shapes.memory_meshes import mesh_of
 
