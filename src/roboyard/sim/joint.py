@@ -150,7 +150,7 @@ class Joint:
         return () if world.is_stale else (world.live_model.dof_damping[self.dof_slice],)
 
     def keep_damping(self, numbers: Array | Sequence[float]) -> None:
-        """Write one joint damping (N m s/rad or N s/m) into the spec."""
+        """Write the (1,) joint damping (N m s/rad or N s/m) into the spec."""
         self.body.world.note_edit()
         for element in self._built.joint_elements:
             element.damping = [numbers[0], 0.0, 0.0]

@@ -84,6 +84,7 @@ def test_numbers_are_those_of_the_python_function(arm: int, tmp_path: Path) -> N
         for joint in (0, 1):
             p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, force=0)
         call = p.changeDynamics.__self__ if is_python else p.changeDynamics
+        other = -1
         for step in range(200):
             joint = draw.choice([0, 1, 2, -1, 7])
             lower, upper = draw.choice([-1, -0.5]), draw.choice([0.4, 0.5, -0.9])

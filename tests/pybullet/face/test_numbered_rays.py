@@ -79,7 +79,7 @@ def test_hits_are_those_of_the_search(mask: int) -> None:
             if mask == -1:
                 p.resetJointState(2, 3, 0.1)
             (alone,) = p.rayTest(start, end, mask, wanted)
-            expected = raycasts._numbered_hit(scene, tuple(start), tuple(end), mask, wanted)  # type: ignore[arg-type]
+            expected = raycasts._numbered_hit(scene, tuple(start), tuple(end), mask, wanted)
             some += expected[0] >= 0
             for found in (alone, one if mask != -1 else alone):
                 assert found[:2] == expected[:2]

@@ -39,7 +39,7 @@ class ClosestSearch:
         self._room = self.make_room(16)
 
     def make_room(self, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return arrays for the numbers and for the places of so many pairs; see the loop."""
+        """Return arrays for so many pairs: (count, NUMBERS) and (count, 2); see the loop."""
         return np.empty((count, kernels.NUMBERS)), np.empty((count, 2), np.int64)
 
     def arguments(self) -> tuple[Any, ...]:

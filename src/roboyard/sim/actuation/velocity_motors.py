@@ -340,7 +340,7 @@ class BodyMotors:
             self._all.bounds_changed(self._body, slice(row, row + 1))
 
     def bound_places(self) -> tuple[Array, Array, Array]:
-        """Return where bounds are written; see `VelocityMotors.bound_places`."""
+        """Return (n, 2) bounds, (n,) dry frictions and the (1,) rate; see `VelocityMotors.bound_places`."""
         return self._all.bound_places(self._body, self.bounds)
 
     def set_bounds(self, rows: np.ndarray, max_impulse: Array) -> None:
