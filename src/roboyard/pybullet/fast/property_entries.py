@@ -106,10 +106,13 @@ MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES, TURNS = range(11, 21)
 def number_of(state, values, place):
     kind = word(values, KIND)
     if kind == word(word(state, LISTED), KIND):
-        return number(word(word(values, ITEMS), place))
-    if kind == word(word(state, CHANGES), KIND):
-        return number(word(values, ITEMS + place))
-    return item(values, place)
+        value = word(word(values, ITEMS), place)
+    elif kind == word(word(state, CHANGES), KIND):
+        value = word(values, ITEMS + place)
+    else:
+        return item(values, place)
+    found = plain(state, value)
+    return found if found == found else number(value)
 
 @part
 def has_numbers(state, values, length):
@@ -297,7 +300,7 @@ def is_done(state, given, first, at, record, value, length):
     write = write_of(state, given, first, at)
     if write == 0:
         return False
-    if is_known(state, write, value, length):
+    if word(write, OWNER) != record and is_known(state, write, value, length):
         return True
     Py_IncRef(write)
     if length < 4:
