@@ -219,11 +219,15 @@ def forget_write(
 
 
 def replace_lines() -> None:
-    """Replace addUserDebugLine, addUserDebugText and removeUserDebugItem."""
-    from roboyard.pybullet.fast.item_entries import LINE, REMOVAL, TEXT, ItemState, RemovalState
+    """Replace addUserDebugLine, addUserDebugText, addUserDebugPoints and removeUserDebugItem."""
+    from roboyard.pybullet.fast.item_entries import LINE, POINTS, REMOVAL, TEXT, ItemState, RemovalState
     from roboyard.pybullet.state.debug_items import clock
 
-    for name, front, place in (("addUserDebugLine", LINE, 3), ("addUserDebugText", TEXT, 4)):
+    for name, front, place in (
+        ("addUserDebugLine", LINE, 3),
+        ("addUserDebugText", TEXT, 4),
+        ("addUserDebugPoints", POINTS, 2),
+    ):
         function = COMMANDS[name].function
         defaults: Any = function.__defaults__
         replace(name, front, ItemState(function, clock, defaults[place]))
@@ -256,7 +260,7 @@ def replace_filters() -> None:
 
 def replace_user_data() -> None:
     """Replace addUserData, getUserDataId, getUserData and removeUserData."""
-    from roboyard.pybullet.fast.item_entries import DATA, DATA_ID, DATA_REMOVAL, DATA_VALUE, DataState
+    from roboyard.pybullet.fast.data_entries import DATA, DATA_ID, DATA_REMOVAL, DATA_VALUE, DataState
 
     for name, front in (
         ("addUserData", DATA),

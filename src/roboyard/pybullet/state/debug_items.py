@@ -14,6 +14,8 @@ from roboyard.pybullet.state.ids import Counter
 
 Triple = tuple[float, float, float]
 WHITE = (1.0, 1.0, 1.0)
+MAX_POINTS = 131072
+"""Points that a cloud has at most."""
 
 
 class Line(NamedTuple):
@@ -69,7 +71,7 @@ class Points(NamedTuple):
 
 Item = Line | Text | Points
 Stored = Item | tuple[Any, ...]
-"""Machine code stores lines and texts as plain tuples."""
+"""Machine code stores items as plain tuples."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -168,4 +170,6 @@ def _complete(item: Stored) -> Item:
     """Return an item with all fields."""
     if isinstance(item, Item):
         return item
+    if isinstance(item[0], np.ndarray):
+        return Points(*item)
     return Text(*item) if isinstance(item[0], str) else Line(*item)
