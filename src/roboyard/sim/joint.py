@@ -12,6 +12,7 @@ from roboyard._arrays import ArrayLike
 from roboyard.description.model import JointType, Limit
 from roboyard.errors import RoboyardError
 from roboyard.kinematics.joint_models import POSITION_SIZE, VELOCITY_SIZE
+from roboyard.sim.build.joints import accepted_range
 from roboyard.sim.build.planned import PlannedBody, PlannedLink
 from roboyard.sim.build.records import BuiltLink
 from roboyard.sim.link import Link, LinkBody
@@ -107,7 +108,7 @@ class Joint:
         flags = mujoco.mjtLimited
         element.limited = flags.mjLIMITED_TRUE if limited else flags.mjLIMITED_FALSE
         if limited:
-            element.range = [lower, upper]
+            element.range = accepted_range(lower, upper)
         if world.takes_numbers():
             world.live_model.jnt_limited[element.id] = limited
             if limited:
@@ -123,7 +124,7 @@ class Joint:
     def keep_limits(self, numbers: Array) -> None:
         """Write (2,) position limits (rad or m) of a limited joint into the spec."""
         self.body.world.note_edit()
-        self._built.joint_elements[0].range = numbers
+        self._built.joint_elements[0].range = accepted_range(*numbers.tolist())
 
     @property
     def damping(self) -> float:

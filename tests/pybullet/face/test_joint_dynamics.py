@@ -136,3 +136,16 @@ def test_machine_code_writes_damping_and_limits(arm: int, monkeypatch: pytest.Mo
     p.stepSimulation()  # with a new model
     assert world.live_model.dof_damping[0] == 0.7
     assert world.live_model.jnt_range[0].tolist() == [-0.5, 1.5]
+
+
+@pytest.mark.parametrize("calls", [1, 4])
+def test_a_joint_that_is_locked_by_its_limits_stays_locked_in_a_new_model(arm: int, calls: int) -> None:
+    p.stepSimulation()
+    for k in range(calls):  # the last ones in machine code
+        p.changeDynamics(arm, 0, jointLowerLimit=0.29 + 0.0025 * k, jointUpperLimit=0.29 + 0.0025 * k)
+    p.resetJointState(arm, 0, 0.29 + 0.0025 * (calls - 1))
+    for _ in range(2):
+        p.createMultiBody(1.0, basePosition=[3, 3, 3])
+        for _ in range(20):
+            p.stepSimulation()
+        assert p.getJointState(arm, 0)[0] == pytest.approx(0.29 + 0.0025 * (calls - 1), abs=1e-4)
