@@ -57,6 +57,8 @@ class ConstraintRows:
         if self._written is None or constraint.element is None or self._world.is_stale:
             return None
         equality, bounds = constraint.element.id, self._of_all(self._world.live_model.neq)
+        if not 0 <= equality < min(len(bounds), len(self._written)):
+            return None
         return bounds[equality : equality + 1], self._written[equality]
 
     def write_bound(self, constraint: Constraint) -> bool:
