@@ -45,6 +45,23 @@ def whole_item(given, place):
     return value
 """
 """An integer in a sequence, -1 where there is none."""
+NUMBER = """
+def number(value):
+    made = PyFloat_AsDouble(value)
+    if made == -1.0 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+        made = np.nan
+    return made
+"""
+"""Any number as a float, NaN for anything else."""
+WHOLE = """
+def whole(value):
+    made = PyLong_AsLongLong(value)
+    if made == -1 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+    return made
+"""
+"""Any integer of 64 bits, -1 for anything else."""
 TRIPLE = """
 def triple(x, y, z):
     made = PyTuple_New(3)

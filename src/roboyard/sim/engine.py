@@ -106,10 +106,8 @@ class Engine(EngineHooks[BodyT]):
         self.long_axes: dict[tuple[int, int], float] = {}
         """Lengths, other than 1, of the axes of joints, by body and joint; see `axis_lengths`."""
         self._lengths: tuple[int, Array] | None = None
-        self.late_masses: dict[Any, Array] = {}
-        """Links to (4,) masses (kg) and principal moments (kg m²) that the spec does not have yet."""
-        self.late_frictions: dict[Any, Array] = {}
-        """Links to (3,) sliding, spinning and rolling friction that the spec does not have yet."""
+        self.late_numbers: dict[Callable[[Array], None], Array] = {}
+        """Methods such as `Link.keep_mass` to the numbers that they write into the spec, which lacks them."""
         self.kept_rays: dict[bool, Any] = {}
         """MuJoCo's arrays for rays, by whether they meet visual shapes; dropped when the arrays change."""
         self.kept_poses: tuple[Any, Any, Any, Any, Any] | None = None
@@ -271,20 +269,18 @@ class Engine(EngineHooks[BodyT]):
 
     def forgo_compile(self, edits: int) -> None:
         """Note that the spec is as it was at the last compile, unless there were more edits than so many."""
-        if self.edits == edits and not self.late_masses and not self.late_frictions:
+        if self.edits == edits and not self.late_numbers:
             self.is_stale = False
             self.drop_prepared()
 
     def write_late(self) -> None:
-        """Write masses and frictions into the spec that it does not have yet."""
-        if self.is_stale and (self.late_masses or self.late_frictions):
-            self.edits += 1
-        for link, numbers in self.late_masses.items():
-            link.keep_mass(numbers)
-        self.late_masses.clear()
-        for link, numbers in self.late_frictions.items():
-            link.keep_friction(numbers)
-        self.late_frictions.clear()
+        """Write numbers into the spec that it does not have yet."""
+        if not self.late_numbers:
+            return
+        self.edits += self.is_stale
+        for write, numbers in self.late_numbers.items():
+            write(numbers)
+        self.late_numbers.clear()
 
     def drop_prepared(self) -> None:
         """Drop what other layers have prepared, after arrays were replaced."""

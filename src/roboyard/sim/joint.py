@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from roboyard._arrays import ArrayLike
 from roboyard.description.model import JointType, Limit
 from roboyard.errors import RoboyardError
 from roboyard.kinematics.joint_models import POSITION_SIZE, VELOCITY_SIZE
+from roboyard.sim.build.joints import accepted_range
 from roboyard.sim.build.planned import PlannedBody, PlannedLink
 from roboyard.sim.build.records import BuiltLink
 from roboyard.sim.link import Link, LinkBody
@@ -101,19 +103,33 @@ class Joint:
             raise RoboyardError(f"joint {self.name!r} ({self.type}) has no position limits to set")
         limited = lower <= upper
         element, world = self._built.joint_elements[0], self.body.world
+        world.write_late()
         world.note_edit()
         flags = mujoco.mjtLimited
         element.limited = flags.mjLIMITED_TRUE if limited else flags.mjLIMITED_FALSE
         if limited:
-            element.range = [lower, upper]
+            element.range = accepted_range(lower, upper)
         if world.takes_numbers():
             world.live_model.jnt_limited[element.id] = limited
             if limited:
                 world.live_model.jnt_range[element.id] = lower, upper
 
+    def limit_places(self) -> tuple[Array, ...] | None:
+        """Return MuJoCo's (2,) limits for writing, if they are there now; None for a joint without any."""
+        elements, world = self._built.joint_elements, self.body.world
+        if not elements or not self.is_scalar or elements[0].limited != 1:
+            return None
+        return () if world.is_stale else (world.live_model.jnt_range[elements[0].id],)
+
+    def keep_limits(self, numbers: Array) -> None:
+        """Write (2,) position limits (rad or m) of a limited joint into the spec."""
+        self.body.world.note_edit()
+        self._built.joint_elements[0].range = accepted_range(*numbers.tolist())
+
     @property
     def damping(self) -> float:
         """Joint damping of each degree of freedom (N m s/rad or N s/m)."""
+        self.body.world.write_late()
         elements = self._built.joint_elements
         return float(elements[0].damping[0]) if elements else 0.0
 
@@ -122,11 +138,23 @@ class Joint:
         if not 0 <= value < np.inf:
             raise RoboyardError(f"joint {self.name!r}: damping must be at least 0 and finite, got {value}")
         world = self.body.world
-        world.note_edit()
-        for element in self._built.joint_elements:
-            element.damping = [value, 0.0, 0.0]
+        world.write_late()
+        self.keep_damping((value,))
         if self._built.joint_elements and world.takes_numbers():
             world.live_model.dof_damping[self.dof_slice] = value
+
+    def damping_places(self) -> tuple[Array, ...] | None:
+        """Return MuJoCo's (n,) damping, if it is there now, for writing; None for a fixed joint."""
+        if not self._built.joint_elements:
+            return None
+        world = self.body.world
+        return () if world.is_stale else (world.live_model.dof_damping[self.dof_slice],)
+
+    def keep_damping(self, numbers: Array | Sequence[float]) -> None:
+        """Write the (1,) joint damping (N m s/rad or N s/m) into the spec."""
+        self.body.world.note_edit()
+        for element in self._built.joint_elements:
+            element.damping = [numbers[0], 0.0, 0.0]
 
     @property
     def armature(self) -> float:

@@ -334,8 +334,7 @@ class Simulation(Engine[Body]):
         """
         if body.is_removed or self.body_by_id.get(body.id) is not body:
             raise StaleHandleError(f"body {body.name!r} is not in this world")
-        if self.late_masses or self.late_frictions:
-            self.write_late()  # while its rows are there
+        self.write_late()  # while its rows are there
         can_stay = self.pool.can_release(body)
         if not (can_stay or self.is_stale) and self.before_edit is not None:
             self.before_edit()

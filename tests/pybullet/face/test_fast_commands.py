@@ -9,6 +9,7 @@ import random
 import sys
 from collections.abc import Iterator
 from importlib import import_module
+from pathlib import Path
 from pkgutil import iter_modules
 from types import SimpleNamespace
 from typing import Any
@@ -802,16 +803,29 @@ def test_user_data_are_those_of_the_python_function() -> None:
         {"rgbaColor": [1, 0, 0, 1], "shapeIndex": 0},
         {"rgbaColor": [1, 0, 0, 1], "specularColor": [1, 1, 1]},
         {"rgbaColor": [1, 0, 0, 1], "textureUniqueId": -1},
+        {"rgbaColor": [np.float64(0.5), np.float32(0.25), 0, 1]},
+        {"rgbaColor": np.array([1.0, 0, 0])},
+        {"specularColor": [0.5, 0.25, 0.75]},
+        {"specularColor": np.array([0.5, 0.25, -0.75])},
+        {"specularColor": [0.5, 0.25]},
+        {"specularColor": [0.5, 0.25, "1"]},
+        {"specularColor": [0.5, 0.25, float("nan")]},
+        {"textureUniqueId": 0},
+        {"textureUniqueId": 7},
+        {"textureUniqueId": 0.0},
+        {"textureUniqueId": 0, "specularColor": (1, 0, 0), "rgbaColor": (1, 0, 0, 1)},
         {"rgbaColor": None},
         {"rgbaColor": 4},
         {},
     ],
 )
-def test_colours_are_those_of_the_python_function(given: dict[str, Any]) -> None:
-    outcomes = []
+def test_colours_are_those_of_the_python_function(given: dict[str, Any], tmp_path: Path) -> None:
+    outcomes: list[Any] = []
+    (tmp_path / "image.ppm").write_bytes(b"P6 2 1 255 " + bytes(range(6)))
     for is_python in (False, True):
         p.connect(p.DIRECT)
         robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf")
+        assert p.loadTexture(str(tmp_path / "image.ppm")) == 0
         call = p.changeVisualShape.__self__ if is_python else p.changeVisualShape
         assert is_python or fast_commands.is_machine_code("changeVisualShape")
         for body, link in ((robot, -1), (robot, 2), (robot, 99), (robot, -2), (9, 0), (robot, 1.0), ("a", 0)):
@@ -821,10 +835,12 @@ def test_colours_are_those_of_the_python_function(given: dict[str, Any]) -> None
                 outcomes.append((type(problem), str(problem)))
         outcomes.append(p.getVisualShapeData(robot))
         shapes: Any = CLIENTS[0].scene.world.render_scene().shapes  # type: ignore[union-attr]
-        outcomes.append([(shape.rgba, shape.use_mesh_colors) for shape in shapes])
+        for shape in shapes:
+            texture = None if shape.texture is None else shape.texture.tolist()
+            outcomes.append((shape.rgba, shape.use_mesh_colors, shape.specular, texture))
         p.disconnect()
     half = len(outcomes) // 2
-    assert outcomes[:half] == outcomes[half:]
+    assert repr(outcomes[:half]) == repr(outcomes[half:])
 
 
 def test_efforts_of_constraints_are_those_of_the_python_function(robot: int) -> None:

@@ -29,7 +29,7 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module", autouse=True)
 def _machine_code() -> Iterator[None]:
-    for module in ("base_entries", "contact_entries", "fast_entries", "item_entries"):
+    for module in ("base_entries", "contact_entries", "fast_entries", "item_entries", "data_entries"):
         loaded = import_module(f"roboyard.pybullet.fast.{module}")
         assert all(front.address() for front in vars(loaded).values() if isinstance(front, type(FRONT)))
     assert FRONT.address()

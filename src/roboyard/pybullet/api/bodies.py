@@ -210,6 +210,11 @@ def getBaseVelocity(client: Client, bodyUniqueId: int) -> tuple[Triple, Triple]:
     if record.soft is not None:
         mean = np.average(record.soft.velocities, axis=0, weights=record.soft.free_masses)
         return tuple(mean.tolist()), (0.0, 0.0, 0.0)
+    if is_machine_code("getBaseVelocity"):
+        read = scene.world.prepared.get("velocities", {})
+        if record.number in read:  # to prepare what is read once between edits would take longer
+            _prepare(scene, record)
+        read[record.number] = None
     if record.free_velocity is None:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     linear, angular = _center_velocity(record)

@@ -351,6 +351,28 @@ def _turn_child(client: Client, number: int, orientation: Quaternion) -> None:
         record.child_orientation = turn
         if record.kind != c.JOINT_GEAR:
             scene.world.constraints.set_frame(record.made, "b", *child_frame(scene, record))
+            _prepare_turn(scene, record)
+
+
+def _prepare_turn(scene: PhysicsScene, record: ConstraintRecord) -> None:
+    """Let machine code turn the child's frame of a constraint, where its inertial frame is not turned."""
+    world, made, places = scene.world, record.made, (record.number,)
+    if made is None or (world.is_stale and made.element is not None):
+        return
+    is_plain = child_frame(scene, record)[1] == record.child_orientation
+    name = "jointChildFrameOrientation"
+    if is_plain and is_changed_again("changeConstraint", name, world.prepared, "pivots", places):
+        from roboyard.pybullet.fast.property_entries import Write
+
+        write = Write(
+            owner=record,
+            name="child_orientation",
+            targets=() if world.is_stale else (world.live_model.site_quat[made.rows[1]],),
+            other=made,
+            other_name="orientation_b",
+            turns=True,
+        )
+        prepare_write("changeConstraint", name, world.prepared, "pivots", places, write)
 
 
 def _bound(client: Client, number: int, force: float) -> None:
@@ -359,7 +381,30 @@ def _bound(client: Client, number: int, force: float) -> None:
     if record is None or record.made is None or (record.is_bounded and force == record.max_force):
         return
     record.max_force = record.bound = float(force)
-    scene.world.constraints.set_max_force(record.made, force)
+    scene.world.constraints.set_max_force(record.made, record.max_force)
+    _prepare_bound(scene, record)
+
+
+def _prepare_bound(scene: PhysicsScene, record: ConstraintRecord) -> None:
+    """Let machine code change the largest force of a constraint."""
+    world, made, places = scene.world, record.made, (record.number,)
+    if not is_changed_again("changeConstraint", "maxForce", world.prepared, "pivots", places):
+        return
+    targets = None if made is None else world.constraints.rows.bound_places(made)
+    if targets is not None:
+        from roboyard.pybullet.fast.property_entries import Write
+        from roboyard.sim.constraints.rows import LARGEST_FORCE
+
+        write = Write(
+            owner=record,
+            name="bound",
+            factors=np.array([[1.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0]]),
+            targets=targets,
+            places=(np.array([0]), np.array([0, 1])),
+            most=LARGEST_FORCE,
+            also=(record, "max_force", made, "max_force"),
+        )
+        prepare_write("changeConstraint", "maxForce", world.prepared, "pivots", places, write)
 
 
 CHANGES: Mapping[str, Any] = {
@@ -368,12 +413,14 @@ CHANGES: Mapping[str, Any] = {
     "maxForce": _bound,
 }
 """Arguments of changeConstraint that change one property, to what does so where only such ones are given."""
-_LENGTHS = {"jointChildPivot": 3, "jointChildFrameOrientation": 4}
-_PRESENT = {
+LENGTHS = {"jointChildPivot": 3, "jointChildFrameOrientation": 4}
+"""Arguments that are several numbers, and how many."""
+PRESENT = {
     "jointChildPivot": "child_position",
     "jointChildFrameOrientation": "child_orientation",
     "maxForce": "bound",
 }
+"""Attribute of the record that is equal where an argument changes nothing."""
 START.later(
-    partial(replace_properties, "changeConstraint", CHANGES, _LENGTHS, "_constraints", _PRESENT, "pivots")
+    partial(replace_properties, "changeConstraint", CHANGES, LENGTHS, "_constraints", PRESENT, "pivots")
 )

@@ -13,9 +13,9 @@ from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
-from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_contacts
+from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_closest, replace_contacts
 from roboyard.pybullet.state.body_records import NO_SIDE, Side, side_of
-from roboyard.pybullet.state.contacts import ANY_LINK, Place, Point, contacts_between, touching
+from roboyard.pybullet.state.contacts import ANY_LINK, Point, contacts_between, selected, touching
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -55,28 +55,8 @@ def getContactPoints(
         if is_machine_code("getContactPoints"):
             client.scene.last_step.prepare()
         return found
-    rows = [_selected(pair, point, wanted) for pair, point in touching(client.scene)]
-    return tuple([row for row in rows if row is not None]) if rows else ()
-
-
-def _selected(pair: tuple[Place, Place], point: Point, wanted: tuple[int, int, int, int]) -> Point | None:
-    """Return the row of a contact with bodyA listed first, or None if the contact is not wanted.
-
-    Only bodies and points are swapped, as in Bullet: friction stays that on the pair's first link.
-    """
-    (body_a, link_a), (body_b, link_b) = pair
-    on_a, on_b, normal, *rest = point
-    wanted_a, wanted_b, wanted_link_a, wanted_link_b = wanted
-    if wanted_a >= 0 and wanted_a != body_a:
-        if wanted_a != body_b:
-            return None
-        body_a, link_a, body_b, link_b = body_b, link_b, body_a, link_a
-        on_a, on_b, normal = on_b, on_a, (-normal[0], -normal[1], -normal[2])
-    if wanted_b >= 0 and wanted_b != body_b:
-        return None
-    if wanted_link_a not in (ANY_LINK, link_a) or wanted_link_b not in (ANY_LINK, link_b):
-        return None
-    return (0, body_a, body_b, link_a, link_b, on_a, on_b, normal, *rest)
+    kept = client.scene.last_step.kept_rows
+    return selected(touching(client.scene), wanted) if kept is None else kept.between(wanted)
 
 
 @command()
@@ -116,7 +96,12 @@ def getClosestPoints(
         search = _search(scene)
         if search is None:
             return _closest_points(scene, scene.world, first.places, second.places, limit)
-        return search.points(first, second, limit)
+        found = search.points(first, second, limit)
+        if is_machine_code("getClosestPoints"):
+            from roboyard.pybullet.fast.closest_entries import prepare
+
+            prepare(search, ((whole(linkIndexA), first), (whole(linkIndexB), second)))
+        return found
     from roboyard.pybullet.state.query_shapes import QuerySide
 
     sides = (
@@ -308,3 +293,4 @@ def _closest(
 
 
 START.later(replace_contacts)
+START.later(replace_closest)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from math import inf
+from math import inf, nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,6 +79,8 @@ def setJointMotorControl2(
             record = joint_of(client, bodyUniqueId, jointIndex)
         if record.is_scalar[jointIndex]:
             world.wrenches.add_effort(record.velocity_addresses[jointIndex], force)
+        if is_machine_code("setJointMotorControl2"):
+            _prepare_torques(scene, record)
         return
     if record is not None and record.motor_commands is not None:
         try:
@@ -86,6 +88,8 @@ def setJointMotorControl2(
                 jointIndex, controlMode, targetPosition, targetVelocity, force, positionGain, velocityGain,
                 maxVelocity, client.parameters.time_step,
             ):  # fmt: skip
+                if is_machine_code("setJointMotorControl2"):
+                    _prepare(client, record)
                 return
         except (struct.error, IndexError, TypeError):
             pass  # raised below, with PyBullet's text
@@ -97,6 +101,8 @@ def setJointMotorControl2(
         *(number(targetPosition), number(targetVelocity), number(force)),
         *(number(positionGain), number(velocityGain), number(maxVelocity)),
     )  # fmt: skip
+    if is_machine_code("setJointMotorControl2"):
+        _prepare(client, record)
 
 
 @command(aliases=_OLD_BODY)
@@ -149,8 +155,11 @@ def setJointMotorControlArray(
         joints, positions, velocities, largest, kps, kds, strict=True
     ):
         _drive(scene, record, joint, controlMode, position, velocity, force, kp, kd, -1.0)
-    if controlMode == c.TORQUE_CONTROL and is_machine_code("setJointMotorControlArray"):
-        _prepare_torques(scene, record)
+    if is_machine_code("setJointMotorControlArray"):
+        if controlMode == c.TORQUE_CONTROL:
+            _prepare_torques(scene, record)
+        else:
+            _prepare(client, record)
 
 
 @command()
@@ -320,19 +329,21 @@ def _drive(
             scene.world.motors.of(record.body), record.infos, record.body.dof_offsets, record.motors_off
         )
     record.motor_commands.flush()
-    record.motor_commands.bounds_changed()
+    record.motor_commands.bound_changed(joint, nan)
     scene.switch_motor(record, joint, off=force == 0.0)
     impulse = force * scene.time_step
     if mode == c.VELOCITY_CONTROL:
         scene.world.motors.set(handle, velocity=velocity, kp=0.0, kd=kd, max_impulse=impulse)
-        return
-    lower, upper = record.infos[joint][8:10]
-    if lower <= upper:
-        position = min(max(position, lower), upper)
-    scene.world.motors.set(
-        handle, position=position, velocity=velocity, kp=kp, kd=kd, max_impulse=impulse,
-        max_velocity=max(fastest, 0.0),
-    )  # fmt: skip
+    else:
+        lower, upper = record.infos[joint][8:10]
+        if lower <= upper:
+            position = min(max(position, lower), upper)
+        scene.world.motors.set(
+            handle, position=position, velocity=velocity, kp=kp, kd=kd, max_impulse=impulse,
+            max_velocity=max(fastest, 0.0),
+        )  # fmt: skip
+    if impulse > 0.0 or force == 0.0:
+        record.motor_commands.bound_changed(joint, impulse)
 
 
 def _drive_many(

@@ -13,13 +13,12 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.fast.fast_commands import replace_lines
-from roboyard.pybullet.state.debug_items import WHITE, Line, Parameter, Points, Text
+from roboyard.pybullet.state.debug_items import MAX_POINTS, WHITE, Line, Parameter, Points, Text
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
 
 Vector = Sequence[float]
-MAX_POINTS = 131072
 
 
 @command()

@@ -23,6 +23,8 @@ from roboyard.pybullet.fast.dynamics_writes import (
     prepare_damping,
     prepare_equal,
     prepare_friction,
+    prepare_joint_damping,
+    prepare_limits,
     prepare_mass,
     prepare_restitution,
 )
@@ -177,7 +179,8 @@ def changeDynamics(
     if collisionMargin != -1.0 and number(collisionMargin) >= 0:
         state.collision_margin, state.is_solid = collisionMargin, False
         record.link_boxes = scene.link_boxes = None
-        scene.world.prepared.get("overlaps", {}).clear()
+        for kind in ("overlaps", "closest"):
+            scene.world.prepared.get(kind, {}).clear()
         scene.shape_rows.gather_again()
         scene.world.prepared.get("box", {}).pop(record.number, None)
         forget_body(record)
@@ -294,6 +297,7 @@ def _set_joint_damping(record: BodyRecord, joint: int, state: LinkState, damping
         return
     record.body.joints[joint].damping = damping
     state.joint_damping = float(damping)
+    prepare_joint_damping(record, joint)
 
 
 def _set_limits(record: BodyRecord, joint: int, state: LinkState, lower: float, upper: float) -> None:
@@ -302,6 +306,7 @@ def _set_limits(record: BodyRecord, joint: int, state: LinkState, lower: float, 
         return
     record.body.joints[joint].set_limits(lower, upper)
     state.lower_limit, state.upper_limit = float(lower), float(upper)
+    prepare_limits(record, joint)
 
 
 def _hard_body(client: Client, body: int, link: int) -> BodyRecord | None:

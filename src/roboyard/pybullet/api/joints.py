@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 State = tuple[Any, ...]
-_PLAIN, _NO_VELOCITY = (list, tuple), (None, ())
+_PLAIN = list, tuple
 OUT_OF_RANGE = "Joint index out-of-range."
 
 
@@ -174,6 +174,8 @@ def resetJointState(
         record.qpos[place] = position
         record.qvel[record.velocity_addresses[jointIndex]] = velocity
         client.scene.mark_moved()
+        if is_machine_code("resetJointState"):
+            _prepare(client, record)
     else:
         number(targetValue)
         number(targetVelocity)
@@ -197,6 +199,8 @@ def resetJointStateMultiDof(
     record = _settable(client, bodyUniqueId, jointIndex)
     _reset_many(record, jointIndex, targetValue, targetVelocity)
     client.scene.mark_moved()
+    if is_machine_code("resetJointStateMultiDof"):
+        _prepare(client, record)
 
 
 @command()
@@ -213,7 +217,8 @@ def resetJointStatesMultiDof(
         error: the body or a joint does not exist, or the lists have different lengths.
     """
     joints = indices(jointIndices)
-    values, velocities = list(targetValues), list(targetVelocities or ())
+    values = list(targetValues)
+    velocities = [] if targetVelocities is None else list(targetVelocities)
     for given in (values, velocities):
         if given and len(given) != len(joints) and joints:
             raise failure(
@@ -356,7 +361,7 @@ def _reset_all(
         return False
     group.write(record, numbers, speeds or None)
     client.scene.mark_moved()
-    if not speeds and is_machine_code("resetJointStatesMultiDof"):
+    if is_machine_code("resetJointStatesMultiDof"):
         _prepare(client, record)
     return True
 
@@ -375,12 +380,13 @@ def _prepare(client: Client, record: BodyRecord) -> None:
     places = [record.position_addresses[k] if record.is_scalar[k] else -1 for k in range(count)]
     known[record.number] = (
         *(scene, scene.world, record.qpos, record.qvel, np.array(places, dtype=np.int64)),
-        *(np.array(record.velocity_addresses, dtype=np.int64), np.zeros((count, 2))),
+        *(np.array(record.velocity_addresses, dtype=np.int64), np.zeros((count, 3))),
     )
 
 
 def _reset_many(record: BodyRecord, joint: int, value: Vector, velocity: Vector | None) -> None:
-    if record.is_scalar[joint] and type(value) in _PLAIN and len(value) == 1 and velocity in _NO_VELOCITY:
+    is_plain = type(value) in _PLAIN and (velocity is None or type(velocity) in _PLAIN)
+    if is_plain and record.is_scalar[joint] and len(value) == 1 and not velocity:
         (position,) = value
         if type(position) is float and position - position == 0.0:
             record.qpos[record.position_addresses[joint]] = position

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.face.arguments import indices, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_links
 from roboyard.pybullet.state.frames import SINGLE_READS
 
 if TYPE_CHECKING:
@@ -61,6 +63,8 @@ def getLinkState(
         record = _existing(scene, bodyUniqueId)
     if linkIndex >= record.joint_count:
         return None
+    if is_machine_code("getLinkState"):
+        _prepare(scene, record)
     is_fresh = bool(computeForwardKinematics) or scene.frames_are_old
     if scene.frames_revision != world.revision and not is_fresh:
         scene.frames(fresh=True)
@@ -102,6 +106,8 @@ def getLinkStates(
     else:
         record, world = _existing(scene, bodyUniqueId), scene.world
         scene.frames(fresh=bool(whole(computeForwardKinematics)))
+        if is_machine_code("getLinkStates"):
+            _prepare(scene, record)
     whole(computeLinkVelocity)
     try:
         group = record.link_groups.get(tuple(linkIndices))
@@ -116,6 +122,12 @@ def getLinkStates(
     from roboyard.pybullet.state.link_groups import link_group
 
     return link_group(world, record, links).read(computeLinkVelocity)
+
+
+def _prepare(scene: PhysicsScene, record: BodyRecord) -> None:
+    from roboyard.pybullet.fast.link_entries import prepare
+
+    prepare(scene, record)
 
 
 def _existing(scene: PhysicsScene, body: int) -> BodyRecord:
@@ -137,3 +149,6 @@ def _reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
     from roboyard.pybullet.state.link_groups import link_reader
 
     return link_reader(world, record)
+
+
+START.later(replace_links)

@@ -227,15 +227,19 @@ def _cast(
     if not scene.bodies or not count:
         return (_MISS,) * count
     room = None
-    if wanted < 0 and not scene.world.soft:
-        room = scene.margin_shapes.enter_first(starts, ends, mask)
+    if not scene.world.soft:
+        shapes = scene.margin_shapes
+        if wanted < 0:
+            room = shapes.enter_first(starts, ends, mask)
+        else:
+            room = shapes.enter_numbered(starts, ends, mask, wanted)
     if room is None:
         return tuple(
             _numbered_hit(scene, tuple(start), tuple(end), mask, wanted)
             for start, end in zip(np.asarray(starts).tolist(), np.asarray(ends).tolist(), strict=True)
         )
     if mask == -1 and (is_machine_code("rayTest") or is_machine_code("rayTestBatch")):
-        _prepare(scene)
+        _prepare(scene, is_numbered=wanted >= 0)
     if count == 1:
         return (_hit_of(scene, room.geoms.item(0), room.hits[0].tolist()),)
     found = zip(room.geoms[:count].tolist(), room.hits[:count].tolist(), strict=True)
@@ -251,21 +255,22 @@ def _hit_of(scene: PhysicsScene, geom: int, numbers: list[float]) -> Hit:
     return number_, link, fraction, (x, y, z), (i, j, k)
 
 
-def _prepare(scene: PhysicsScene) -> None:
-    """Let machine code cast as many rays as there is room for."""
-    world, bundle = scene.world, scene.margin_shapes.bundle
+def _prepare(scene: PhysicsScene, *, is_numbered: bool) -> None:
+    """Let machine code cast as many rays as there is room for, and find hits by numbers."""
+    world, bundle, key = scene.world, scene.margin_shapes.bundle, int(is_numbered)
     known = world.prepared.get("rays")
-    if known is None or bundle is None or (0 in known and known[0][4] is bundle):
+    if known is None or bundle is None or (key in known and known[key][4] is bundle):
         return
     room = bundle.records[2]
     owners = [
         scene.place_of(geom)[:2] if body >= 0 else (-1, -1)
         for geom, (body, _) in enumerate(world.geom_owners)
     ]
-    known[0] = (
+    loop = kernels.enter_numbered if is_numbered else kernels.enter_first
+    known[key] = (
         *(world, scene.filters, partial(world.link_frames, keeps_last=True)),
-        *(kernels.enter_first, bundle, MOST_GRAZING, room.starts, room.ends, room.geoms, room.hits),
-        np.array(owners, np.int64).reshape(-1),
+        *(loop, bundle, MOST_GRAZING, room.starts, room.ends, room.geoms, room.hits),
+        *(np.array(owners, np.int64).reshape(-1), *scene.margin_shapes.numbering),
     )
 
 

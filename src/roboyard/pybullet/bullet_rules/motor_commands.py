@@ -107,7 +107,7 @@ class MotorCommands:
         self._groups: dict[tuple[int, ...], _Group] = {}
         self.pending: dict[_Group, tuple[Any, ...]] = {}
         self._impulses = np.full(self._joints, nan)
-        """Known largest impulse of each motor in a step (N m s or N s); NaN if unknown."""
+        """Known largest impulse of each motor in a step (N m s or N s): 0 if switched off, NaN if unknown."""
         self._arrays: Any = None
         """Arguments of the compiled command, for the arrays that the motors have."""
         self._last: tuple[Any, Any] = (None, None)
@@ -115,9 +115,12 @@ class MotorCommands:
         self._bounds_in_use: tuple[_Group, tuple[float, ...], float] | None = None
         """Group, forces and time step of the last command for many joints, unless a limit changed since."""
 
-    def bounds_changed(self) -> None:
-        """Forget the known limits, after a motor was switched or its force limit was set elsewhere."""
-        self._impulses[:] = nan
+    def bound_changed(self, joint: int, impulse: float) -> None:
+        """Note a motor's largest impulse in a step (N m s or N s) that was set elsewhere.
+
+        0 for one that is switched off; NaN where it is not known.
+        """
+        self._impulses[joint] = impulse
         self._bounds_in_use = None
 
     def set(
@@ -134,7 +137,7 @@ class MotorCommands:
             )  # fmt: skip
             if done:
                 if done == 2:
-                    self._bound(joint, force * time_step)
+                    self._bound(joint, float(force) * time_step)
                 return True
         row = self._rows[joint]
         if joint < 0 or row < 0 or not force > 0.0 or joint in self._motors_off:
@@ -154,7 +157,7 @@ class MotorCommands:
         if self.pending:
             self.flush()
         self._motors.aim(row, 2.0 if mode == _POSITION else 1.0, position, velocity, kp, kd, fastest)
-        impulse = force * time_step
+        impulse = float(force) * time_step
         if impulse != self._impulses[joint]:
             self._bound(joint, impulse)
         return True
@@ -162,13 +165,13 @@ class MotorCommands:
     def _bound(self, joint: int, impulse: float) -> None:
         """Bound a motor by its impulse in a step (N m s or N s)."""
         self._motors.bound(self._rows[joint], impulse)
-        self._impulses[joint] = impulse
+        self._impulses[joint] = impulse or nan  # 0 without a time step
         self._bounds_in_use = None
 
     def prepared(self, parameters: Any) -> tuple[Any, ...]:
         """Return what machine code needs to command many joints; `parameters` has the time step."""
-        arrays = self._compiled_arguments()
-        return (self, parameters, *arrays, np.zeros((self._joints, 6)), DEFAULT_MAX_FORCE)
+        arrays, read = self._compiled_arguments(), np.zeros((self._joints, 7))
+        return (self, parameters, *arrays, read, DEFAULT_MAX_FORCE, *self._motors.bound_places())
 
     def _compiled_arguments(self) -> Any:
         from roboyard.pybullet.bullet_rules.motor_kernels import Motors
@@ -246,7 +249,7 @@ class MotorCommands:
             if self._bounds_in_use != (group, bounds, time_step):
                 self._bounds_in_use = group, bounds, time_step
                 impulses = np.array(bounds, dtype=float)[picked] * time_step
-                self._impulses[group.joints] = impulses
+                self._impulses[group.joints] = impulses if impulses.all() else nan
                 motors.set_bounds(rows, impulses)
 
     def _group(self, key: tuple[int, ...]) -> _Group | None:

@@ -132,6 +132,71 @@ def enter_first(shapes, cores, room, count, most):  # pragma: no cover
     return entered
 
 
+@compiled(FIRST, "i8 f8 i8 i8[::1] f8[:,::1] -> i8", library=mujoco_library)
+def enter_numbered(shapes, cores, room, count, most, wanted, ranks, listed):  # pragma: no cover
+    """Find one of all surfaces through which each of `count` rays enters Bullet's shapes, in their order.
+
+    Returns -1 where there is no room for so many hits, else how many rays have one; see `enter_first`.
+
+    wanted: number of the hit from 0. ranks: (ngeom,) order of shapes; the nearest hit of a shape comes first.
+    listed: (n, 6) room for the hits of one ray: rank, shape, fraction and normal.
+    """
+    starts, ends, work, entered = room.starts, room.ends, room.work, 0
+    _gather(shapes, room.near)
+    for n in range(count):
+        x, y, z = starts[n, 0], starts[n, 1], starts[n, 2]
+        u, v, w = ends[n, 0] - x, ends[n, 1] - y, ends[n, 2] - z
+        length = math.sqrt(u * u + v * v + w * w)
+        room.geoms[n] = -1
+        if length == 0.0 or not math.isfinite(length + x + y + z):
+            continue
+        hits, around = 0, -1
+        if _mark(room.near, room.marks, x, y, z, u / length, v / length, w / length, length):
+            around, i, j, k = _around(
+                *(cores.rows, shapes.geom_type, shapes.geom_size, shapes.geom_rbound, cores.margins),
+                *(shapes.geom_xpos, shapes.geom_xmat, x, y, z, u, v, w),
+            )
+            if around >= 0:
+                hits = _insert(listed, hits, ranks[around], around, 0.0, i, j, k)
+        work[3], work[4], work[5], behind = u / length, v / length, w / length, 0.0
+        for _ in range(_MOST_SURFACES):
+            work[0], work[1], work[2] = x + behind * u, y + behind * v, z + behind * w
+            geom = _first_marked(shapes, room.near, room.marks, work, work.ctypes.data, length)
+            fraction, i, j, k = behind + work[12] / length, work[9], work[10], work[11]
+            if geom < 0 or fraction > 1.0:
+                break
+            slope, behind = u * i + v * j + w * k, fraction + _RESUME
+            is_core, around = geom == around, -1
+            if slope <= 0.0 and not is_core:
+                margin = cores.margins[geom]
+                if margin > 0.0:
+                    fraction = max(fraction - margin / max(-slope, length / most), 0.0)
+                if hits == len(listed):
+                    return -1
+                hits = _insert(listed, hits, ranks[geom], geom, fraction, i, j, k)
+            if behind >= 1.0:
+                break
+        if wanted < hits:
+            one = listed[wanted]
+            room.geoms[n], entered = int(one[1]), entered + 1
+            _write_hit(room.hits, n, one[2], x, y, z, u, v, w, one[3], one[4], one[5])
+    return entered
+
+
+def _insert(listed, count, rank, geom, fraction, i, j, k):  # pragma: no cover
+    """Insert a hit in the order of ranks and fractions after equal ones; return how many there are."""
+    at = count
+    while at > 0 and (
+        listed[at - 1, 0] > rank or (listed[at - 1, 0] == rank and listed[at - 1, 2] > fraction)
+    ):
+        for column in range(6):
+            listed[at, column] = listed[at - 1, column]
+        at -= 1
+    listed[at, 0], listed[at, 1], listed[at, 2] = rank, geom, fraction
+    listed[at, 3], listed[at, 4], listed[at, 5] = i, j, k
+    return count + 1
+
+
 def _write_hit(hits, n, fraction, x, y, z, u, v, w, i, j, k):  # pragma: no cover
     """Write fraction, point and normal of a hit to a row."""
     hits[n, 0] = fraction

@@ -25,6 +25,8 @@ _WITH_CORE = kernels.SPHERE, kernels.CAPSULE, kernels.BOX, kernels.CYLINDER
 _MOST_MASKS = 16
 _LEAST_RAYS = 16
 """Rays for which there is room at least."""
+MOST_HITS = 256
+"""Hits of one ray for which there is memory."""
 MOST_GRAZING = 20.0
 """Largest shift of a hit at a hull, in margins."""
 
@@ -66,6 +68,7 @@ class MarginShapes:
         self._found, self._normal = np.zeros(1, dtype=np.int32), np.zeros((1, 3))
         self._records: Any = None
         """The shapes and cores as arguments of the compiled loop, or None."""
+        self._numbering: tuple[np.ndarray, np.ndarray] | None = None
         self._bundles: dict[int, tuple[dict[Any, Any] | None, Any]] = {}
         """By mask: groups of links, None where it shows all, and its shapes with memory for rays."""
 
@@ -89,6 +92,33 @@ class MarginShapes:
             ends: (k, 3) points (m).
             mask: of the groups of links that the rays meet.
         """
+        bundle = self._bundle_of(starts, ends, mask)
+        if bundle is None:
+            return None
+        kernels.enter_first(bundle, len(starts), MOST_GRAZING)
+        return bundle.records[2]
+
+    def enter_numbered(self, starts: Any, ends: Any, mask: int, wanted: int) -> kernels.Room | None:
+        """Return memory with the shapes that rays enter as the `wanted`-th of all, from 0; see `enter_first`.
+
+        The link created last comes first. None also for more than `MOST_HITS` of a ray.
+        """
+        bundle = self._bundle_of(starts, ends, mask)
+        if bundle is None:
+            return None
+        done = kernels.enter_numbered(bundle, len(starts), MOST_GRAZING, wanted, *self.numbering)
+        return None if done < 0 else bundle.records[2]
+
+    @property
+    def numbering(self) -> tuple[np.ndarray, np.ndarray]:
+        """Order of the (ngeom,) shapes in the numbers of hits, and memory for all hits of a ray."""
+        if self._numbering is None:
+            links, places = np.unique(self._world.geom_owners, axis=0, return_inverse=True)
+            self._numbering = len(links) - places.reshape(-1).astype(np.int64), np.zeros((MOST_HITS, 6))
+        return self._numbering
+
+    def _bundle_of(self, starts: Any, ends: Any, mask: int) -> Any:
+        """Return the first argument of loops over rays, which it holds; None without machine code."""
         count, world, filters = len(starts), self._world, self._filters
         if world.is_stale or self._revision != world.revision or not world.shows_triangles:
             self._look_up()
@@ -111,8 +141,7 @@ class MarginShapes:
             room.starts[0], room.ends[0] = starts[0], ends[0]
         else:
             room.starts[:count], room.ends[:count] = starts, ends
-        kernels.enter_first(known[1], count, MOST_GRAZING)
-        return room
+        return known[1]
 
     @property
     def bundle(self) -> Any:
@@ -153,6 +182,7 @@ class MarginShapes:
         cores = kernels.Cores(self._rows, margins)
         self._records = None if shapes is None else (shapes, cores)
         self._bundles.clear()
+        self._numbering = None
         self._revision = world.revision
 
 

@@ -29,7 +29,7 @@ PREPARED: dict[str, dict[Any, dict[int, Any]]] = {
     kind: {}
     for kind in (
         *("push", "box", "motors", "efforts", "masses", "joints", "constraints", "dynamics", "pivots"),
-        *("contacts", "torques", "bases", "rays", "overlaps"),
+        *("contacts", "torques", "bases", "rays", "overlaps", "closest", "velocities", "links", "read"),
     )
 }
 """Kind to clients of `DIRECT` to bodies to what commands that are machine code need of them."""

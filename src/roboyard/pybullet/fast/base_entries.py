@@ -1,9 +1,13 @@
-"""Pose and velocity of a base as machine code; see `fast_entries`. A fixed one has no velocity."""
+"""Pose and velocity of a base as machine code: both set, the velocity read; see `fast_entries`.
+
+A fixed base has no velocity.
+"""
 
 from __future__ import annotations
 
 from math import sqrt
 
+from roboyard.native.entry_parts import TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.fast_entries import PARTS
@@ -85,6 +89,23 @@ def write_base_velocity(  # pragma: no cover
     return 1
 
 
+def base_velocity(turn, speed, frame):  # pragma: no cover
+    """Return the velocity of a base's centre of mass (m/s), then the angular one (rad/s), in the world frame.
+
+    turn, speed, frame: see `write_base_pose`; the speed is not empty.
+    """
+    w, x, y, z = turn[0], turn[1], turn[2], turn[3]
+    i, j, k = _turned(x, y, z, w, speed[3], speed[4], speed[5])
+    a, b, c = _turned(x, y, z, w, frame[0], frame[1], frame[2])
+    return speed[0] + (j * c - k * b), speed[1] + (k * a - i * c), speed[2] + (i * b - j * a), i, j, k
+
+
+def _turned(x, y, z, w, a, b, c):  # pragma: no cover
+    """Return what `frames.rotated` does, to the last bit."""
+    d, e, f = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return a + w * d + (y * f - z * e), b + w * e + (z * d - x * f), c + w * f + (x * e - y * d)
+
+
 _MARKS = f"""{PARTS}
 COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, FASTER, OLD, KNOWN_POSES, KNOWN_PLACE = range(3, 13)
 SCENE, WORLD, RECORD, PLACE, TURN, KEPT_PLACE, KEPT_TURN, SPEED, FRAME = range(3, 12)
@@ -162,5 +183,26 @@ def entry(state, given, count, keywords):
 SPEED = Front(write_base_velocity, EntrySignature(_SPEED))
 """resetBaseVelocity."""
 
-for _front in (POSE, SPEED):
+_VELOCITY = f"""{PARTS}{parts(TRIPLE)}
+COMMAND, PREPARED, NONE, TRUE, ONE, REST = range(3, 9)
+SCENE, WORLD, RECORD, PLACE, TURN, KEPT_PLACE, KEPT_TURN, SPEED, FRAME = range(3, 12)
+
+def entry(state, given, count, keywords):
+    body = prepared(state, given[0], given[1]) if keywords == 0 and count == 2 else 0
+    if body == 0:
+        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+    speed = numbers(word(body, SPEED))
+    if len(speed) == 0:
+        Py_IncRef(word(state, REST))
+        return word(state, REST)
+    a, b, c, d, e, f = _loop(numbers(word(body, TURN)), speed, numbers(word(body, FRAME)))
+    made = PyTuple_New(2)
+    PyTuple_SetItem(made, 0, triple(a, b, c))
+    PyTuple_SetItem(made, 1, triple(d, e, f))
+    return made
+"""
+VELOCITY = Front(base_velocity, EntrySignature(_VELOCITY))
+"""getBaseVelocity."""
+
+for _front in (POSE, SPEED, VELOCITY):
     vars(_front.core)["front"] = _front

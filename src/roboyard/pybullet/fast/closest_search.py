@@ -15,9 +15,10 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Point = tuple[Any, ...]
-_FEW = 4
+FEW = 4
 """Shapes of both sides up to which only these are placed, not those of all bodies."""
-_ZEROS = (0.0, 0.0, 0.0)
+ZEROS = (0.0, 0.0, 0.0)
+"""Forces and directions of friction, which closest points do not have."""
 
 
 class ClosestSearch:
@@ -35,10 +36,15 @@ class ClosestSearch:
             *(data.geom_xmat, model.geom_rbound, np.zeros(6), model._address, data._address),
         )
         self._shapes = kernels.CLOSEST.of(shapes, *chain_of(world).records)
-        self._room = self._make_room(16)
+        self._room = self.make_room(16)
 
-    def _make_room(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+    def make_room(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return arrays for so many pairs: (count, NUMBERS) and (count, 2); see the loop."""
         return np.empty((count, kernels.NUMBERS)), np.empty((count, 2), np.int64)
+
+    def arguments(self) -> tuple[Any, ...]:
+        """Return the compiled loop and its first arguments, which are the same while MuJoCo's arrays are."""
+        return kernels.closest_points, self._shapes, self.scene.geom_margins()
 
     def points(self, first: Side, second: Side, limit: float) -> tuple[Point, ...]:
         """Return the rows of getClosestPoints of two sides' shapes within a distance (m)."""
@@ -46,10 +52,10 @@ class ClosestSearch:
         a, b = first.geoms, second.geoms
         count = len(a) * len(b)
         if count > len(out):
-            out, pairs = self._room = self._make_room(2 * count)
+            out, pairs = self._room = self.make_room(2 * count)
         world, moved = scene.world, 0
         if world.is_moved:
-            moved = int(len(a) + len(b) <= _FEW)
+            moved = int(len(a) + len(b) <= FEW)
             if not moved:
                 world.link_frames(keeps_last=True)
         found = kernels.closest_points(self._shapes, scene.geom_margins(), a, b, limit, moved, out, pairs)
@@ -61,7 +67,7 @@ class ClosestSearch:
             [
                 (
                     *(0, body_a, body_b, one[i][1], two[j][1], (x, y, z), (u, v, w), (p, q, r), distance),
-                    *(0.0, 0.0, _ZEROS, 0.0, _ZEROS),
+                    *(0.0, 0.0, ZEROS, 0.0, ZEROS),
                 )
                 for (i, j), (x, y, z, u, v, w, p, q, r, distance) in zip(
                     pairs[:found].tolist(), out[:found].tolist(), strict=True

@@ -87,8 +87,8 @@ def prepare_mass(record: BodyRecord, link: int) -> None:
         other_name="moments",
         marked=world,
         marks=() if world.is_stale else ("_inertia_changed", "is_moved", "_velocity_moved"),
-        late=world.late_masses,
-        key=handle,
+        late=world.late_numbers,
+        key=handle.keep_mass,
         worth=numbers,
     )
     _prepare(record, link, "mass", write)
@@ -128,8 +128,8 @@ def prepare_friction(record: BodyRecord, link: int, argument: str) -> None:
         factors=np.array([[1.0, 0.0, 0.0, 0.0]]),
         targets=targets,
         places=(np.array([0]),) * len(targets),
-        late=world.late_frictions,
-        key=handle,
+        late=world.late_numbers,
+        key=handle.keep_friction,
         worth=numbers,
     )
     _prepare(record, link, argument, write)
@@ -195,6 +195,51 @@ def prepare_damping(record: BodyRecord, link: int, argument: str) -> None:
     factors = np.array([[1.0, 0.0, 0.0, 0.0]])
     both = (np.array([0, 0]),) * len(targets)
     _prepare(record, link, argument, Write(record, name, factors, tuple(targets), both))
+
+
+def prepare_joint_damping(record: BodyRecord, joint: int) -> None:
+    """Let machine code change the damping of a joint."""
+    handle, state, world = record.body.joints[joint], record.links[joint + 1], record.body.world
+    targets = handle.damping_places() if _is_due(record, joint, "jointDamping") else None
+    if targets is not None:
+        from roboyard.pybullet.fast.property_entries import Write
+
+        numbers = np.array([state.joint_damping])
+        write = Write(
+            owner=state,
+            name="joint_damping",
+            factors=np.array([[1.0, 0.0, 0.0, 0.0]]),
+            targets=(numbers, *targets),
+            places=(np.array([0]), *(np.zeros(len(target), np.int64) for target in targets)),
+            late=world.late_numbers,
+            key=handle.keep_damping,
+            worth=numbers,
+        )
+        _prepare(record, joint, "jointDamping", write)
+
+
+def prepare_limits(record: BodyRecord, joint: int) -> None:
+    """Let machine code change the limits of a joint that has some."""
+    handle, state, world = record.body.joints[joint], record.links[joint + 1], record.body.world
+    targets = handle.limit_places() if _is_due(record, joint, "jointLowerLimit") else None
+    if targets is not None:
+        from roboyard.pybullet.fast.property_entries import Write
+
+        numbers = np.array([state.lower_limit, state.upper_limit])
+        write = Write(
+            owner=state,
+            name="lower_limit",
+            factors=np.eye(2, 4),
+            targets=(numbers, *targets),
+            places=(np.array([0, 1]),) * (1 + len(targets)),
+            other=state,
+            other_name="upper_limit",
+            rises=True,
+            late=world.late_numbers,
+            key=handle.keep_limits,
+            worth=numbers,
+        )
+        _prepare(record, joint, "jointLowerLimit", write)
 
 
 def _is_due(record: BodyRecord, link: int, argument: str) -> bool:

@@ -52,33 +52,46 @@ def replace_rays() -> None:
 
 
 def replace_motors() -> None:
-    """Replace setJointMotorControlArray and the two forms for joints of any kind."""
-    from roboyard.pybullet.fast.fast_entries import MOTORS
+    """Replace setJointMotorControl2, setJointMotorControlArray and the two forms for joints of any kind."""
+    from roboyard.pybullet.fast.motor_entries import MOTORS
 
-    forms = "Array", "MultiDofArray", "MultiDof"  # with the numbers that the entry has
+    forms = "Array", "MultiDofArray", "MultiDof", "2"  # with the numbers that the entry has
     for form, suffix in enumerate(forms):
         name = f"setJointMotorControl{suffix}"
         code, defaults = COMMANDS[name].function.__code__, COMMANDS[name].function.__defaults__ or ()
         by_name = dict(zip(reversed(code.co_varnames[: code.co_argcount]), reversed(defaults), strict=False))
-        words = "pending", "time_step", form, by_name.get("maxVelocity", -1.0), PREPARED["torques"]
+        fastest = by_name.get("maxVelocity", -1.0)
+        words = "pending", "time_step", form, fastest, PREPARED["torques"], "_bounds_in_use"
         _replace(name, MOTORS, "motors", words)
 
 
 def replace_joints() -> None:
-    """Replace resetJointStatesMultiDof."""
+    """Replace resetJointState and its forms for joints of any kind."""
     from roboyard.pybullet.fast.joint_entries import JOINTS
 
-    words = "is_moved", "_velocity_moved", "frames_are_old"
-    _replace("resetJointStatesMultiDof", JOINTS, "joints", words)
+    names = "resetJointStatesMultiDof", "resetJointStateMultiDof", "resetJointState"
+    for form, name in enumerate(names):  # with the numbers that the entry has
+        _replace(name, JOINTS, "joints", ("is_moved", "_velocity_moved", "frames_are_old", form))
 
 
 def replace_bases() -> None:
-    """Replace resetBasePositionAndOrientation and resetBaseVelocity."""
-    from roboyard.pybullet.fast.base_entries import POSE, SPEED
+    """Replace resetBasePositionAndOrientation, resetBaseVelocity and getBaseVelocity."""
+    from roboyard.pybullet.fast.base_entries import POSE, SPEED, VELOCITY
 
     words = "is_moved", "_velocity_moved", "frames_are_old", "fixed_poses", "placed"
     _replace("resetBasePositionAndOrientation", POSE, "bases", words)
     _replace("resetBaseVelocity", SPEED, "bases", words)
+    zero = (0.0, 0.0, 0.0)
+    _replace("getBaseVelocity", VELOCITY, "bases", ((zero, zero),))
+
+
+def replace_links() -> None:
+    """Replace getLinkState and getLinkStates."""
+    from roboyard.pybullet.fast.link_entries import KIND, LINKS
+
+    names = "is_moved", "frames_are_old", "kept_frames", "frames_revision", "single_reads", "long_axes"
+    for name, is_many in (("getLinkState", False), ("getLinkStates", True)):
+        _replace(name, LINKS, KIND, (False, 0, is_many, *names))
 
 
 def replace_constraint_state() -> None:
@@ -206,15 +219,18 @@ def forget_write(
 
 
 def replace_lines() -> None:
-    """Replace addUserDebugLine, addUserDebugText and removeUserDebugItem."""
-    from roboyard.pybullet.fast.item_entries import LINE, REMOVAL, TEXT, ItemState, RemovalState
+    """Replace addUserDebugLine, addUserDebugText, addUserDebugPoints and removeUserDebugItem."""
+    from roboyard.pybullet.fast.item_entries import LINE, POINTS, REMOVAL, TEXT, ItemState, RemovalState
+    from roboyard.pybullet.state.debug_items import clock
 
-    function = COMMANDS["addUserDebugLine"].function
-    defaults: Any = function.__defaults__
-    replace("addUserDebugLine", LINE, ItemState(function, *defaults[2:4]))
-    function = COMMANDS["addUserDebugText"].function
-    defaults = function.__defaults__
-    replace("addUserDebugText", TEXT, ItemState(function, defaults[2], defaults[4]))
+    for name, front, place in (
+        ("addUserDebugLine", LINE, 3),
+        ("addUserDebugText", TEXT, 4),
+        ("addUserDebugPoints", POINTS, 2),
+    ):
+        function = COMMANDS[name].function
+        defaults: Any = function.__defaults__
+        replace(name, front, ItemState(function, clock, defaults[place]))
     replace("removeUserDebugItem", REMOVAL, RemovalState(COMMANDS["removeUserDebugItem"].function))
 
 
@@ -224,6 +240,14 @@ def replace_contacts() -> None:
 
     name = "getContactPoints"
     replace(name, CONTACT, ContactState(COMMANDS[name].function, PREPARED["contacts"]))
+
+
+def replace_closest() -> None:
+    """Replace getClosestPoints."""
+    from roboyard.pybullet.fast.closest_entries import CLOSEST, KIND, ClosestState
+
+    name = "getClosestPoints"
+    replace(name, CLOSEST, ClosestState(COMMANDS[name].function, PREPARED[KIND]))
 
 
 def replace_filters() -> None:
@@ -236,7 +260,7 @@ def replace_filters() -> None:
 
 def replace_user_data() -> None:
     """Replace addUserData, getUserDataId, getUserData and removeUserData."""
-    from roboyard.pybullet.fast.item_entries import DATA, DATA_ID, DATA_REMOVAL, DATA_VALUE, DataState
+    from roboyard.pybullet.fast.data_entries import DATA, DATA_ID, DATA_REMOVAL, DATA_VALUE, DataState
 
     for name, front in (
         ("addUserData", DATA),

@@ -1,20 +1,22 @@
-"""Debug lines and user data as machine code; see `fast_entries`.
+"""Debug drawings as machine code; see `fast_entries`.
 
-Lines and texts that do not expire, of numbers, are stored as plain tuples, which `DebugItems` knows.
-User data that is there gets another value. Anything else goes to the Python functions.
+Lines, texts and points of numbers are stored as plain tuples, which `DebugItems` knows. Anything else goes to
+the Python functions.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from roboyard._records import NamedTuple
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAIN, TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
-from roboyard.pybullet.state.debug_items import WHITE
+from roboyard.pybullet.state.debug_items import MAX_POINTS, WHITE
 
-_PARTS = f"""{parts(ATTRIBUTE, FOUND)}
+COUNTED = f"""{parts(ATTRIBUTE, FOUND)}
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
 
 @part
@@ -29,9 +31,10 @@ class ItemState(NamedTuple):
     """State of addUserDebugLine and addUserDebugText; the machine code has the same order."""
 
     command: Any
-    life_time: float
-    """The default, and that of the next one."""
+    clock: Any
+    """Returns the time on which items expire (s)."""
     parent: int
+    """The default."""
     white: tuple[float, float, float] = WHITE
     width: float = 1.0
     listed: list[Any] = []  # noqa: RUF012 - of which the type is read
@@ -42,11 +45,12 @@ class ItemState(NamedTuple):
     revision: str = "revision"
     none: None = None
     text: str = ""
+    empty: Any = np.empty
 
 
-_ITEM = f"""{_PARTS}
-COMMAND, LIFE_TIME, PARENT, WHITE, WIDTH, LISTED, OWNER, TABLE, IDS, NEXT, REVISION = range(3, 14)
-NONE, TEXT = range(14, 16)
+_ITEM = f"""{COUNTED}
+COMMAND, CLOCK, PARENT, WHITE, WIDTH, LISTED, OWNER, TABLE, IDS, NEXT, REVISION = range(3, 14)
+NONE, TEXT, EMPTY = range(14, 17)
 NUMBER, WHOLE = WIDTH, PARENT
 {parts(PLAIN, ITEM, HAS_LENGTH, TRIPLE)}
 @part
@@ -86,6 +90,22 @@ def set_parent(state, made, place, given, count, at):
     PyTuple_SetItem(parent, 0, given[at])
     PyTuple_SetItem(parent, 1, link)
     PyTuple_SetItem(made, place, parent)
+
+@part
+def end_of(state, given, count, at):
+    seconds = plain(state, given[at]) if count > at else 0.0
+    if seconds - seconds != 0.0:
+        return 0
+    if seconds <= 0.0:
+        Py_IncRef(word(state, NONE))
+        return word(state, NONE)
+    now = PyObject_Vectorcall(word(state, CLOCK), words(), 0, 0)
+    if now == 0:
+        PyErr_Clear()
+        return 0
+    made = PyFloat_FromDouble(PyFloat_AsDouble(now) + seconds)
+    Py_DecRef(now)
+    return made
 
 @part
 def triple_of(state, values):
@@ -140,7 +160,8 @@ def line(state, given, count):
             color = word(state, WHITE)
             Py_IncRef(color)
         width = plain(state, given[4]) if count > 4 else 1.0
-    if color == 0 or width - width != 0.0:
+    ending = end_of(state, given, count, 5) if color != 0 and width - width == 0.0 else 0
+    if ending == 0:
         if start != 0:
             Py_DecRef(start)
         if end != 0:
@@ -148,18 +169,17 @@ def line(state, given, count):
         if color != 0:
             Py_DecRef(color)
         return 0
-    made = PyTuple_New(5)
+    made = PyTuple_New(6)
     PyTuple_SetItem(made, 0, start)
     PyTuple_SetItem(made, 1, end)
     PyTuple_SetItem(made, 2, color)
     PyTuple_SetItem(made, 3, PyFloat_FromDouble(width))
     set_parent(state, made, 4, given, count, 6)
+    PyTuple_SetItem(made, 5, ending)
     return made
 
 def entry(state, given, count, keywords):
     fits = keywords == 0 and 3 <= count <= 9
-    if count > 5:
-        fits = fits and given[5] == word(state, LIFE_TIME)
     fits = fits and has_parent(state, given, count, 6)
     if count > 8:
         fits = fits and word(given[8], KIND) == word(word(state, PARENT), KIND)
@@ -189,11 +209,14 @@ def text(state, given, count):
         return 0
     position = triple_of(state, given[2])
     color = triple_of(state, given[3] if count > 3 else word(state, WHITE)) if position != 0 else 0
-    if color == 0:
+    ending = end_of(state, given, count, 5) if color != 0 else 0
+    if ending == 0:
         if position != 0:
             Py_DecRef(position)
+        if color != 0:
+            Py_DecRef(color)
         return 0
-    made = PyTuple_New(6)
+    made = PyTuple_New(7)
     Py_IncRef(given[1])
     PyTuple_SetItem(made, 0, given[1])
     PyTuple_SetItem(made, 1, position)
@@ -202,12 +225,11 @@ def text(state, given, count):
     Py_IncRef(word(state, NONE))
     PyTuple_SetItem(made, 4, word(state, NONE))
     set_parent(state, made, 5, given, count, 7)
+    PyTuple_SetItem(made, 6, ending)
     return made
 
 def entry(state, given, count, keywords):
     fits = keywords == 0 and 3 <= count <= 10
-    if count > 5:
-        fits = fits and given[5] == word(state, LIFE_TIME)
     if count > 6:
         fits = fits and given[6] == word(state, NONE)
     fits = fits and has_parent(state, given, count, 7)
@@ -229,6 +251,93 @@ TEXT = Front(text_call, EntrySignature(_TEXT))
 """addUserDebugText."""
 
 
+_POINTS = f"""{_ITEM}
+@part
+def size_of(state, values):
+    kind = word(values, KIND)
+    is_tuple = kind == word(word(state, WHITE), KIND)
+    return word(values, SIZE) if is_tuple or kind == word(word(state, LISTED), KIND) else -1
+
+@part
+def start_of(state, values):
+    is_tuple = word(values, KIND) == word(word(state, WHITE), KIND)
+    return values + 8 * ITEMS if is_tuple else word(values, ITEMS)
+
+@part
+def is_read(state, rows, into):
+    first, total = start_of(state, rows), 0.0
+    for row in range(len(into)):
+        values = word(first, row)
+        if size_of(state, values) != 3:
+            return False
+        start = start_of(state, values)
+        for k in range(3):
+            into[row, k] = plain(state, word(start, k))
+            total += into[row, k]
+    return total - total == 0.0
+
+@part
+def array_of(state, rows, length):
+    passed, shape = words(), PyTuple_New(2)
+    PyTuple_SetItem(shape, 0, PyLong_FromLongLong(length))
+    PyTuple_SetItem(shape, 1, PyLong_FromLongLong(3))
+    passed[0] = shape
+    made = PyObject_Vectorcall(word(state, EMPTY), passed, 1, 0)
+    Py_DecRef(shape)
+    if made == 0:
+        PyErr_Clear()
+        return 0
+    if is_read(state, rows, matrix(made)):
+        return made
+    Py_DecRef(made)
+    return 0
+
+@part
+def points(state, given, count):
+    length = size_of(state, given[1])
+    if not 0 < length <= {MAX_POINTS} or size_of(state, given[2]) != length:
+        return 0
+    size = plain(state, given[3]) if count > 3 else 1.0
+    if size - size != 0.0:
+        return 0
+    positions = array_of(state, given[1], length)
+    colors = array_of(state, given[2], length) if positions != 0 else 0
+    ending = end_of(state, given, count, 4) if colors != 0 else 0
+    if ending == 0:
+        if positions != 0:
+            Py_DecRef(positions)
+        if colors != 0:
+            Py_DecRef(colors)
+        return 0
+    made = PyTuple_New(5)
+    PyTuple_SetItem(made, 0, positions)
+    PyTuple_SetItem(made, 1, colors)
+    PyTuple_SetItem(made, 2, PyFloat_FromDouble(size))
+    set_parent(state, made, 3, given, count, 5)
+    PyTuple_SetItem(made, 4, ending)
+    return made
+
+def entry(state, given, count, keywords):
+    fits = keywords == 0 and 3 <= count <= 8
+    fits = fits and has_parent(state, given, count, 5)
+    if count > 7:
+        fits = fits and word(given[7], KIND) == word(word(state, PARENT), KIND)
+    items = attribute(given[0], word(state, OWNER)) if fits else 0
+    made = points(state, given, count) if items != 0 else 0
+    if made == 0:
+        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+    return store(state, items, made, given[7] if count > 7 else 0)
+"""
+
+
+def points_call() -> None:
+    """Do nothing: the machine code is stored beside the code of this file."""
+
+
+POINTS = Front(points_call, EntrySignature(_POINTS))
+"""addUserDebugPoints."""
+
+
 class RemovalState(NamedTuple):
     """State of removeUserDebugItem; the machine code has the same order."""
 
@@ -241,7 +350,7 @@ class RemovalState(NamedTuple):
     revision: str = "revision"
 
 
-_REMOVAL = f"""{_PARTS}
+_REMOVAL = f"""{COUNTED}
 COMMAND, NONE, WHOLE, OWNER, TABLE, PARAMETERS, REVISION = range(3, 10)
 
 def entry(state, given, count, keywords):
@@ -268,157 +377,5 @@ REMOVAL = Front(removal_call, EntrySignature(_REMOVAL))
 """removeUserDebugItem."""
 
 
-class DataState(NamedTuple):
-    """State of the commands of user data; the machine code has the same order."""
-
-    command: Any
-    nowhere: int = -1
-    """Link and visual shape that are not given."""
-    text: str = ""
-    scene: str = "scene"
-    bodies: str = "bodies"
-    owner: str = "user_data"
-    numbers: str = "_numbers"
-    values: str = "_values"
-    keys: str = "_keys"
-    ids: str = "_ids"
-    following: str = "_next"
-    free: str = "_free"
-    none: None = None
-
-
-_KEYED = f"""{_PARTS}
-COMMAND, NOWHERE, TEXT, SCENE, BODIES, OWNER, NUMBERS, VALUES, KEYS, IDS, NEXT, FREE, NONE = range(3, 16)
-
-@part
-def key_of(state, given, count, link_at):
-    link = given[link_at] if count > link_at else word(state, NOWHERE)
-    shape = given[link_at + 1] if count > link_at + 1 else word(state, NOWHERE)
-    whole = word(word(state, NOWHERE), KIND)
-    if word(given[1], KIND) != whole or word(link, KIND) != whole or word(shape, KIND) != whole:
-        return 0
-    if word(given[2], KIND) != word(word(state, TEXT), KIND):
-        return 0
-    key, parts = PyTuple_New(4), (given[1], link, shape, given[2])
-    for place in range(4):
-        Py_IncRef(parts[place])
-        PyTuple_SetItem(key, place, parts[place])
-    return key
-"""
-_DATA = f"""{_KEYED}
-@part
-def has_body(state, given):
-    scene = attribute(given[0], word(state, SCENE))
-    bodies = attribute(scene, word(state, BODIES)) if scene != 0 else 0
-    return bodies != 0 and found(bodies, given[1]) != 0
-
-@part
-def new_number(state, data, key):
-    ids = attribute(data, word(state, IDS))
-    free, number = attribute(ids, word(state, FREE)), 0
-    count = PyList_Size(free)
-    if count > 0:
-        number = PyList_GetItem(free, count - 1)
-        Py_IncRef(number)
-        PyList_SetSlice(free, count - 1, count, 0)
-    else:
-        number = attribute(ids, word(state, NEXT))
-        Py_IncRef(number)
-        count_up(ids, word(state, NEXT))
-    PyDict_SetItem(attribute(data, word(state, NUMBERS)), key, number)
-    PyDict_SetItem(attribute(data, word(state, KEYS)), number, key)
-    return number
-
-def entry(state, given, count, keywords):
-    data = attribute(given[0], word(state, OWNER)) if keywords == 0 and 4 <= count <= 6 else 0
-    key = value = 0
-    if data != 0 and word(given[3], KIND) == word(word(state, TEXT), KIND) and has_body(state, given):
-        key = key_of(state, given, count, 4)
-    if key != 0:
-        value = PyUnicode_AsUTF8String(given[3])
-    if value == 0:
-        if key != 0:
-            PyErr_Clear()
-            Py_DecRef(key)
-        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
-    number = found(attribute(data, word(state, NUMBERS)), key)
-    if number == 0:
-        number = new_number(state, data, key)
-    else:
-        Py_IncRef(number)
-    PyDict_SetItem(attribute(data, word(state, VALUES)), number, value)
-    Py_DecRef(value)
-    Py_DecRef(key)
-    return number
-"""
-_DATA_ID = f"""{_KEYED}
-def entry(state, given, count, keywords):
-    data = attribute(given[0], word(state, OWNER)) if keywords == 0 and 3 <= count <= 5 else 0
-    key = key_of(state, given, count, 3) if data != 0 else 0
-    if key == 0:
-        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
-    number = found(attribute(data, word(state, NUMBERS)), key)
-    Py_DecRef(key)
-    if number == 0:
-        number = word(state, NOWHERE)
-    Py_IncRef(number)
-    return number
-"""
-_DATA_VALUE = f"""{_KEYED}
-def entry(state, given, count, keywords):
-    fits = keywords == 0 and count == 2 and word(given[1], KIND) == word(word(state, NOWHERE), KIND)
-    data = attribute(given[0], word(state, OWNER)) if fits else 0
-    if data == 0:
-        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
-    value = found(attribute(data, word(state, VALUES)), given[1])
-    if value == 0:
-        value = word(state, NONE)
-    Py_IncRef(value)
-    return value
-"""
-_DATA_REMOVAL = f"""{_KEYED}
-def entry(state, given, count, keywords):
-    fits = keywords == 0 and count == 2 and word(given[1], KIND) == word(word(state, NOWHERE), KIND)
-    data = attribute(given[0], word(state, OWNER)) if fits else 0
-    keys = attribute(data, word(state, KEYS)) if data != 0 else 0
-    key = found(keys, given[1]) if keys != 0 else 0
-    if key == 0:
-        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
-    Py_IncRef(key)
-    PyDict_DelItem(keys, given[1])
-    PyDict_DelItem(attribute(data, word(state, NUMBERS)), key)
-    PyDict_DelItem(attribute(data, word(state, VALUES)), given[1])
-    Py_DecRef(key)
-    PyList_Append(attribute(attribute(data, word(state, IDS)), word(state, FREE)), given[1])
-    Py_IncRef(word(state, NONE))
-    return word(state, NONE)
-"""
-
-
-def data_call() -> None:
-    """Do nothing: the machine code is stored beside the code of this file."""
-
-
-def data_id_call() -> None:
-    """Do nothing: the machine code is stored beside the code of this file."""
-
-
-def data_value_call() -> None:
-    """Do nothing: the machine code is stored beside the code of this file."""
-
-
-def data_removal_call() -> None:
-    """Do nothing: the machine code is stored beside the code of this file."""
-
-
-DATA = Front(data_call, EntrySignature(_DATA))
-"""addUserData."""
-DATA_ID = Front(data_id_call, EntrySignature(_DATA_ID))
-"""getUserDataId."""
-DATA_VALUE = Front(data_value_call, EntrySignature(_DATA_VALUE))
-"""getUserData."""
-DATA_REMOVAL = Front(data_removal_call, EntrySignature(_DATA_REMOVAL))
-"""removeUserData."""
-
-for _front in (LINE, TEXT, REMOVAL, DATA, DATA_ID, DATA_VALUE, DATA_REMOVAL):
+for _front in (LINE, TEXT, POINTS, REMOVAL):
     vars(_front.core)["front"] = _front

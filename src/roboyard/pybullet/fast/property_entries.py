@@ -1,8 +1,8 @@
 """A command with many optional arguments as machine code: it calls a function for each one that is given.
 
 Most calls of such a command give one or two of two dozen arguments. A call with one that is neither a
-plain number of at least 0 nor a list or tuple of plain numbers, as its function takes, or that has no
-function, goes to the Python function of the command; see `fast_entries`. Two arguments that belong together
+plain number of at least 0 nor a sequence of numbers, as its function takes, or that has no function, goes to
+the Python function of the command; see `fast_entries`. Two arguments that belong together
 are given to the function of the first as a tuple. An argument that is as it was, which scripts often repeat,
 calls nothing where the state, or what is prepared, names the attribute that holds it.
 
@@ -17,7 +17,7 @@ from math import inf
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, TRIPLE, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, NUMBER, PLAIN, TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.pairs import PAIR
@@ -59,6 +59,15 @@ class Write(NamedTuple):
     true: bool = True
     most: float = inf
     """Values that are larger go to the function."""
+    also: tuple[Any, ...] = ()
+    """Objects, each followed by the name of its attribute that is the value, too."""
+    rises: bool = False
+    """Whether a pair whose second number is smaller than the first goes to the function."""
+    turns: bool = False
+    """Whether the value is a quaternion x, y, z, w, of which the owner's attribute is the one of length 1.
+
+    The other's attribute is that again divided by its length, which the targets (4,) take with w first.
+    """
 
 
 class Properties(NamedTuple):
@@ -91,19 +100,23 @@ KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
 NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED = range(11, 17)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
-MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST = range(11, 18)
-{parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE)}
+MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES, TURNS = range(11, 21)
+{parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE, NUMBER, ITEM, HAS_LENGTH)}
 @part
 def number_of(state, values, place):
-    is_list = word(values, KIND) == word(word(state, LISTED), KIND)
-    return plain(state, word(word(values, ITEMS), place) if is_list else word(values, ITEMS + place))
+    kind = word(values, KIND)
+    if kind == word(word(state, LISTED), KIND):
+        value = word(word(values, ITEMS), place)
+    elif kind == word(word(state, CHANGES), KIND):
+        value = word(values, ITEMS + place)
+    else:
+        return item(values, place)
+    found = plain(state, value)
+    return found if found == found else number(value)
 
 @part
 def has_numbers(state, values, length):
-    kind = word(values, KIND)
-    if kind != word(word(state, LISTED), KIND) and kind != word(word(state, CHANGES), KIND):
-        return False
-    if word(values, SIZE) != length:
+    if not has_length(values, length):
         return False
     total = 0.0
     for place in range(length):
@@ -212,6 +225,8 @@ def is_written(state, write, value, length):
     if length > 0:
         x, y = number_of(state, value, 0), number_of(state, value, 1)
         z = number_of(state, value, 2) if length > 2 else 0.0
+        if word(write, RISES) == word(write, TRUE) and not x <= y:
+            return False
     elif not PyFloat_AsDouble(word(write, LEAST)) < x <= PyFloat_AsDouble(word(write, MOST)):
         return False
     factors, targets = matrix(word(write, FACTORS)), word(write, TARGETS)
@@ -221,6 +236,9 @@ def is_written(state, write, value, length):
             target[k] = output(factors, places[k], x, y, z)
     made = triple(x, y, z) if length > 2 else PyFloat_FromDouble(x)
     PyObject_SetAttr(word(write, OWNER), word(write, NAME), made)
+    also = word(write, ALSO)
+    for k in range(0, word(also, SIZE), 2):
+        PyObject_SetAttr(word(also, ITEMS + k), word(also, ITEMS + k + 1), made)
     if length == 2:
         Py_DecRef(made)
         made = PyFloat_FromDouble(y)
@@ -242,18 +260,53 @@ def is_written(state, write, value, length):
     return True
 
 @part
+def four(x, y, z, w):
+    made = PyTuple_New(4)
+    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
+    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
+    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
+    PyTuple_SetItem(made, 3, PyFloat_FromDouble(w))
+    return made
+
+@part
+def is_turned(state, write, value):
+    x, y = number_of(state, value, 0), number_of(state, value, 1)
+    z, w = number_of(state, value, 2), number_of(state, value, 3)
+    size = np.sqrt(x * x + y * y + z * z + w * w)
+    if not size > 0.0 or size - size != 0.0:
+        return False
+    if size != 1.0:
+        x, y, z, w = x / size, y / size, z / size, w / size
+    made = four(x, y, z, w)
+    PyObject_SetAttr(word(write, OWNER), word(write, NAME), made)
+    Py_DecRef(made)
+    size = np.sqrt(x * x + y * y + z * z + w * w)
+    x, y, z, w = x / size, y / size, z / size, w / size
+    made = four(x, y, z, w)
+    PyObject_SetAttr(word(write, OTHER), word(write, OTHER_NAME), made)
+    Py_DecRef(made)
+    targets = word(write, TARGETS)
+    for t in range(word(targets, SIZE)):
+        target = numbers(word(targets, ITEMS + t))
+        target[0], target[1], target[2], target[3] = w, x, y, z
+    return True
+
+@part
 def is_done(state, given, first, at, record, value, length):
     if record != 0 and is_present(state, record, at, value, length):
         return True
-    if length > 3 or (record == 0 and word(state, RECORDS) != word(state, NONE)):
+    if length > 4 or (record == 0 and word(state, RECORDS) != word(state, NONE)):
         return False
     write = write_of(state, given, first, at)
     if write == 0:
         return False
-    if is_known(state, write, value, length):
+    if word(write, OWNER) != record and is_known(state, write, value, length):
         return True
     Py_IncRef(write)
-    done = is_written(state, write, value, length)
+    if length < 4:
+        done = is_written(state, write, value, length)
+    else:
+        done = word(write, TURNS) == word(write, TRUE) and is_turned(state, write, value)
     Py_DecRef(write)
     return done
 

@@ -1,8 +1,7 @@
 """rayTest and rayTestBatch as machine code, for rays in lists that meet all shapes; see `fast_entries`.
 
 It reads the points into arrays, calls a compiled loop that finds the first shape of each, and makes tuples
-of what that has written. Anything else, such as a filter, a hit's number or an array of points, goes to the
-Python functions.
+of what that has written. Anything else, such as a filter or an array of points, goes to the Python functions.
 """
 
 from __future__ import annotations
@@ -26,6 +25,8 @@ class RayState(NamedTuple):
     true: bool = True
     zero: int = 0
     """Also the key of what is prepared of the whole scene."""
+    one: int = 1
+    """Key of what is prepared for hits by numbers."""
     number: float = 0.0
     listed: list[Any] = []  # noqa: RUF012 - of which the type is read
     moved: str = "is_moved"
@@ -34,8 +35,8 @@ class RayState(NamedTuple):
 
 
 _SOURCE = f"""{PARTS}
-COMMAND, PREPARED, IS_BATCH, NONE, TRUE, WHOLE, NUMBER, LISTED, MOVED, GROUPS, MISS = range(3, 14)
-WORLD, FILTERS, UPDATE, LOOP, SHAPES, MOST, STARTS, ENDS, GEOMS, HITS, OWNERS = range(3, 14)
+COMMAND, PREPARED, IS_BATCH, NONE, TRUE, WHOLE, ONE, NUMBER, LISTED, MOVED, GROUPS, MISS = range(3, 15)
+WORLD, FILTERS, UPDATE, LOOP, SHAPES, MOST, STARTS, ENDS, GEOMS, HITS, OWNERS, RANKS, LIST = range(3, 16)
 {parts(PLAIN)}
 @part
 def first_of(state, values, length):
@@ -85,7 +86,7 @@ def has_defaults(state, given, count):
             continue
         if kind != word(word(state, WHOLE), KIND):
             return False
-        is_free = is_batch and (place == 3 or place == 5 or place == 8)
+        is_free = place == (6 if is_batch else 4) or (is_batch and (place == 3 or place == 5 or place == 8))
         if not is_free and plain(state, given[place]) != -1.0:
             return False
     return True
@@ -112,7 +113,17 @@ def hit(state, scene, row):
     return made
 
 @part
-def is_cast(state, scene, rays):
+def number_of(state, given, count):
+    place = 6 if word(state, IS_BATCH) == word(state, TRUE) else 4
+    if place >= count:
+        return 0
+    made = PyLong_AsLongLong(given[place])
+    if made == -1 and PyErr_Occurred() != 0:
+        PyErr_Clear()
+    return 0 if made < 0 else given[place]
+
+@part
+def is_cast(state, scene, rays, wanted):
     passed = words()
     if attribute(word(scene, WORLD), word(state, MOVED)) == word(state, TRUE):
         done = PyObject_Vectorcall(word(scene, UPDATE), passed, 0, 0)
@@ -122,22 +133,28 @@ def is_cast(state, scene, rays):
         Py_DecRef(done)
     made = PyLong_FromLongLong(rays)
     passed[0], passed[1], passed[2] = word(scene, SHAPES), made, word(scene, MOST)
-    done = PyObject_Vectorcall(word(scene, LOOP), passed, 3, 0)
+    if wanted != 0:
+        passed[3], passed[4], passed[5] = wanted, word(scene, RANKS), word(scene, LIST)
+    done = PyObject_Vectorcall(word(scene, LOOP), passed, 3 if wanted == 0 else 6, 0)
     Py_DecRef(made)
     if done == 0:
         PyErr_Clear()
         return False
+    entered = PyLong_AsLongLong(done)
     Py_DecRef(done)
-    return True
+    return entered >= 0
 
 def entry(state, given, count, keywords):
     fits = keywords == 0 and 3 <= count <= (9 if word(state, IS_BATCH) == word(state, TRUE) else 5)
-    scene = prepared(state, given[0], word(state, WHOLE)) if fits and has_defaults(state, given, count) else 0
+    scene = wanted = 0
+    if fits and has_defaults(state, given, count):
+        wanted = number_of(state, given, count)
+        scene = prepared(state, given[0], word(state, WHOLE if wanted == 0 else ONE))
     if scene != 0:
         groups = attribute(word(scene, FILTERS), word(state, GROUPS))
         Py_IncRef(scene)
         rays = rays_in(state, scene, given) if groups != 0 and PyDict_Size(groups) == 0 else 0
-        if rays > 0 and is_cast(state, scene, rays):
+        if rays > 0 and is_cast(state, scene, rays, wanted):
             made = PyTuple_New(rays)
             for row in range(rays):
                 PyTuple_SetItem(made, row, hit(state, scene, row))

@@ -117,7 +117,8 @@ def remove(scene: ConstraintScene, record: ConstraintRecord) -> None:
         soft.release(anchor)
     made, record.made = record.made, None
     if made is not None:
-        scene.world.prepared.get("constraints", {}).pop(record.number, None)
+        for kind in ("constraints", "pivots"):
+            scene.world.prepared.get(kind, {}).pop(record.number, None)
         scene.world.constraints.remove(made)
 
 

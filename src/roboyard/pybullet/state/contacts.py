@@ -93,6 +93,67 @@ def _room(count: int) -> tuple[np.ndarray, np.ndarray]:
     return np.empty((count, kernels().NUMBERS)), np.empty((count, 4), np.int64)
 
 
+class KeptRows:
+    """Rows of getContactPoints of contacts that were kept, which scripts read pair by pair.
+
+    Attributes:
+        contacts: all of them.
+    """
+
+    __slots__ = ("_answers", "_by_body", "contacts")
+
+    def __init__(self, contacts: list[Contact]) -> None:
+        """Take the contacts, of a list that stays as it is."""
+        self.contacts = contacts
+        self._by_body: dict[int, list[Contact]] | None = None
+        self._answers: dict[tuple[int, int, int, int], tuple[Point, ...]] = {}
+
+    def between(self, wanted: tuple[int, int, int, int]) -> tuple[Point, ...]:
+        """Return the rows for bodies A and B and their links, -1 and `ANY_LINK` for all."""
+        found = self._answers.get(wanted)
+        if found is None:
+            found = self._answers[wanted] = selected(self._of(max(wanted[0], wanted[1])), wanted)
+        return found
+
+    def _of(self, body: int) -> list[Contact]:
+        """Return the contacts of a body; all for -1."""
+        if body < 0:
+            return self.contacts
+        table = self._by_body
+        if table is None:
+            table = self._by_body = {}
+            for row in self.contacts:
+                for number in {place[0] for place in row[0]}:
+                    table.setdefault(number, []).append(row)
+        return table.get(body, [])
+
+
+def selected(rows: Iterable[Contact], wanted: tuple[int, int, int, int]) -> tuple[Point, ...]:
+    """Return the rows of getContactPoints of those contacts that are wanted; see `contacts_between`."""
+    found = [_selected(pair, point, wanted) for pair, point in rows]
+    return tuple([row for row in found if row is not None])
+
+
+def _selected(pair: tuple[Place, Place], point: Point, wanted: tuple[int, int, int, int]) -> Point | None:
+    """Return the row of a contact with body A listed first, or None if the contact is not wanted.
+
+    Only bodies and points are swapped, as in Bullet: friction stays that on the pair's first link.
+    """
+    (body_a, link_a), (body_b, link_b) = pair
+    on_a, on_b, normal, *rest = point
+    wanted_a, wanted_b, wanted_link_a, wanted_link_b = wanted
+    if wanted_a >= 0 and wanted_a != body_a:
+        if wanted_a != body_b:
+            return None
+        body_a, link_a, body_b, link_b = body_b, link_b, body_a, link_a
+        on_a, on_b, normal = on_b, on_a, (-normal[0], -normal[1], -normal[2])
+    if wanted_b >= 0 and wanted_b != body_b:
+        return None
+    if wanted_link_a not in (ANY_LINK, link_a) or wanted_link_b not in (ANY_LINK, link_b):
+        return None
+    return (0, body_a, body_b, link_a, link_b, on_a, on_b, normal, *rest)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
     """The contacts of a step, as copies of MuJoCo's arrays."""
@@ -196,6 +257,7 @@ class LastStep:
         """Kept contacts, until they are looked at."""
         self._removed: set[int] = set()
         """Bodies that were removed since then."""
+        self._kept = KeptRows([])
         self._places: tuple[int, np.ndarray | None] | None = None
         """Revision of the world, and links of its geoms."""
         self._listed: tuple[Listed, Any] | None = None
@@ -217,6 +279,16 @@ class LastStep:
     def contacts(self, rows: list[Contact] | None) -> None:
         self._contacts, self._seen = rows, None
         self._removed.clear()
+
+    @property
+    def kept_rows(self) -> KeptRows | None:
+        """Rows of kept contacts; None where MuJoCo's arrays have them, or links were filtered since."""
+        kept = self.contacts
+        if kept is None or self.filtered:
+            return None
+        if self._kept.contacts is not kept:
+            self._kept = KeptRows(kept)
+        return self._kept
 
     def places(self) -> np.ndarray | None:
         """Return body, link, kind and id in the World of all geoms, (ngeom, 4); None with soft bodies."""

@@ -14,6 +14,8 @@ from roboyard.pybullet.state.ids import Counter
 
 Triple = tuple[float, float, float]
 WHITE = (1.0, 1.0, 1.0)
+MAX_POINTS = 131072
+"""Points that a cloud has at most."""
 
 
 class Line(NamedTuple):
@@ -69,7 +71,7 @@ class Points(NamedTuple):
 
 Item = Line | Text | Points
 Stored = Item | tuple[Any, ...]
-"""Machine code stores lines and texts that do not expire as plain tuples, without the last field."""
+"""Machine code stores items as plain tuples."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -152,12 +154,22 @@ class DebugItems:
             yield number, _complete(item)
 
 
+def clock() -> float:
+    """Return the time on which items expire (s)."""
+    return monotonic()
+
+
 def _expires(item: Stored) -> float | None:
-    return item.expires if isinstance(item, Item) else None
+    if isinstance(item, Item):
+        return item.expires
+    found: float | None = item[-1]
+    return found
 
 
 def _complete(item: Stored) -> Item:
     """Return an item with all fields."""
     if isinstance(item, Item):
         return item
+    if isinstance(item[0], np.ndarray):
+        return Points(*item)
     return Text(*item) if isinstance(item[0], str) else Line(*item)

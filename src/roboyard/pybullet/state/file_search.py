@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from os import getcwd
+from os import F_OK, access, getcwd
 from os.path import isabs, isfile, islink, join, normcase
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -51,11 +51,14 @@ def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = N
         name: file name as the script gives it.
         mounts: mounts of the fileIOPlugin, searched last.
     """
-    for place, file in _candidates(search_path, name):
-        if isfile(place):  # noqa: PTH113 - three times as fast as that of the path
-            if islink(place):  # noqa: PTH114
-                return file.resolve()
-            return file if isabs(place) else file.absolute()  # noqa: PTH117
+    try:
+        for place, file in _candidates(search_path, name):
+            if access(place, F_OK) and isfile(place):  # noqa: PTH113 - many times as fast as that of the path
+                if islink(place):  # noqa: PTH114
+                    return file.resolve()
+                return file if isabs(place) else file.absolute()  # noqa: PTH117
+    except ValueError:  # no file can have the name
+        pass
     if mounts is None:
         return None
     return mounts.find(name) or (mounts.find(str(search_path / name)) if search_path else None)

@@ -35,7 +35,7 @@ def link_reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
     rows = record.rows
     data, rootid = world.live_data, world.live_model.body_rootid
     xpos, xquat, cvel, xipos, subtree_com = data.xpos, data.xquat, data.cvel, data.xipos, data.subtree_com
-    frames = _inertial_frames(record)
+    frames = inertial_frames(record)
     found = np.zeros(20)
     local = [(link.frame.position, link.frame.quaternion) for link in record.links]
 
@@ -66,7 +66,7 @@ def moved_link_reader(world: World, record: BodyRecord) -> MovedLinkReader:
     """
     data, rows, chain = world.live_data, record.rows, chain_of(world)
     xpos, xquat = data.xpos, data.xquat
-    frames, found, moving = _inertial_frames(record), np.zeros(14), np.zeros(20)
+    frames, found, moving = inertial_frames(record), np.zeros(14), np.zeros(20)
     local = [(link.frame.position, link.frame.quaternion) for link in record.links]
     loops = chain_kernels()
     write, write_state = loops.write_pose_of_chain, loops.write_state_of_chain
@@ -108,7 +108,7 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
     world, rows = scene.world, record.rows
     data, wrenches = world.live_data, world.wrenches
     xpos, xquat, xipos, qpos, applied = data.xpos, data.xquat, data.xipos, data.qpos, data.xfrc_applied
-    frames, free = _inertial_frames(record), record.body.free_qpos
+    frames, free = inertial_frames(record), record.body.free_qpos
     centres = world.live_model.body_ipos
     arrays = kernels.Pushed(xpos, xquat, xipos, qpos, frames, applied, centres)
 
@@ -149,7 +149,7 @@ class LinkBoxes:
         data, count = world.live_data, len(record.rows)
         self._scene, self._world, self._xpos, self._xquat = scene, world, data.xpos, data.xquat
         self._chain = chain_of(world)
-        self._frames, self._rows = _inertial_frames(record), np.array(record.rows, dtype=np.int64)
+        self._frames, self._rows = inertial_frames(record), np.array(record.rows, dtype=np.int64)
         self._box, self._boxes = np.zeros(6), np.zeros((count, 8))
         for place, link in enumerate(record.model.links):
             bounds, margin = record.bounds(place - 1)
@@ -243,7 +243,7 @@ class LinkGroup:
         rows = np.array([record.rows[place] for place in places], dtype=np.int64)
         positions, turned = np.zeros((2, len(links), 3)), np.zeros((2, len(links), 4))
         self._world, self._frames = world, (data.xpos, data.xquat)
-        self._arrays = _inertial_frames(record), rows, places, positions, turned
+        self._arrays = inertial_frames(record), rows, places, positions, turned
         velocities = np.zeros((2, len(links), 3))
         self._moving = data.xquat, data.cvel, data.xipos, data.subtree_com, world.live_model.body_rootid
         self._speeds = velocities, velocities[0].data, velocities[1].data
@@ -282,7 +282,7 @@ def link_group(world: World | LoneBody, record: BodyRecord, links: list[int]) ->
     return found
 
 
-def _inertial_frames(record: BodyRecord) -> np.ndarray:
+def inertial_frames(record: BodyRecord) -> np.ndarray:
     """Return (n, 7) position (m) and quaternion of each link's inertial frame in its link frame."""
     return np.array([(*link.frame.position, *link.frame.quaternion) for link in record.links])
 
@@ -294,7 +294,7 @@ class AwaitingBoxes:
 
     def __init__(self, record: BodyRecord, update: Callable[[], Any]) -> None:
         """Prepare reading of the boxes of a body; `update` returns the MjData with its present frames."""
-        self._frames, self._rows = _inertial_frames(record), np.array(record.rows, dtype=np.int64)
+        self._frames, self._rows = inertial_frames(record), np.array(record.rows, dtype=np.int64)
         self._update, self._found = update, np.zeros(6)
         self._boxes = np.zeros((len(record.rows), 8))
         for place, link in enumerate(record.model.links):

@@ -52,6 +52,8 @@ class VelocityMotors:
         self.forces_elsewhere: Callable[[], Array | None] = _nowhere
         """Returns the (nv,) efforts in the last step where MuJoCo does not have them."""
         self._bound_timestep = 0.0
+        self._rate = np.zeros(1)
+        """1 / time step (1/s) with which force bounds were last written."""
         self._gathered = False
         self.has_spherical = False
         """Whether any joint of the world is spherical."""
@@ -145,7 +147,7 @@ class VelocityMotors:
         if timestep != self._bound_timestep:
             driven = self._motors[:, MODE] > 0
             model.dof_frictionloss[driven] = self._bounds[driven] @ (1.0, 1.0 / timestep)
-            self._bound_timestep = timestep
+            self._bound_timestep, self._rate[0] = timestep, 1.0 / timestep
 
     def is_prepared(self, timestep: float) -> bool:
         """Return whether `prepare` has nothing to do."""
@@ -218,6 +220,22 @@ class VelocityMotors:
     def drop_prepared(self) -> None:
         """Note that arrays of a body's motors were replaced."""
         self._world.drop_prepared()
+
+    def bound_places(self, body: LinkBody, bounds: Array) -> tuple[Array, Array, Array]:
+        """Return where the bounds of a body's motors are written while MuJoCo's arrays are the same.
+
+        Args:
+            body: whose motors.
+            bounds: its rows of the world's.
+
+        Returns:
+            (n, 2) bounds in force and impulse, (n,) dry frictions, impulses times (1,) rate (1/s). Frictions
+            of driven motors that have another time step by the next step are written then.
+        """
+        if not self._gathered or self._world.is_stale:
+            return bounds, np.zeros(len(bounds)), self._rate
+        first = body.first_dof
+        return bounds, self._world.live_model.dof_frictionloss[first : first + len(bounds)], self._rate
 
     def bounds_changed(self, body: LinkBody, rows: slice) -> None:
         """Copy force bounds that were written to some of a body's rows to MuJoCo."""
@@ -320,6 +338,10 @@ class BodyMotors:
         if bounds[row, 0] != max_force or bounds[row, 1] != max_impulse:
             bounds[row] = max_force, max_impulse
             self._all.bounds_changed(self._body, slice(row, row + 1))
+
+    def bound_places(self) -> tuple[Array, Array, Array]:
+        """Return (n, 2) bounds, (n,) dry frictions and the (1,) rate; see `VelocityMotors.bound_places`."""
+        return self._all.bound_places(self._body, self.bounds)
 
     def set_bounds(self, rows: np.ndarray, max_impulse: Array) -> None:
         """Bound several motors by their impulse in a step.

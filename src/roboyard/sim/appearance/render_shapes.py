@@ -29,8 +29,8 @@ class RenderShapes:
         self._world = world
         self._by_body: dict[int, dict[int, list[ShapeAppearance]]] = {}
         self._dirty = True
-        self._colors: dict[tuple[int, int, int], tuple[Body, RGBA]] = {}
-        """New colours by body, link and shape (-1: all), in the order in which they apply."""
+        self._changes: dict[tuple[int, int, int, str], tuple[Body, Any]] = {}
+        """New values by body, link, shape (-1: all) and field, in the order in which they apply."""
         self.deforming: dict[int, Callable[[], TriangleMesh]] = {}
         """By body id: the mesh of a soft body as it is now; the same object while it keeps its shape."""
 
@@ -49,8 +49,8 @@ class RenderShapes:
         """Remove the shapes of a body that is removed."""
         self._by_body.pop(body_id, None)
         self.deforming.pop(body_id, None)
-        if self._colors:
-            self._colors = {key: value for key, value in self._colors.items() if key[0] != body_id}
+        if self._changes:
+            self._changes = {key: value for key, value in self._changes.items() if key[0] != body_id}
         self._dirty = True
 
     def invalidate(self) -> None:
@@ -59,8 +59,8 @@ class RenderShapes:
 
     def of(self, body: Body) -> dict[int, list[ShapeAppearance]]:
         """Return the shapes of a body by link index."""
-        if self._colors:
-            self._apply_colors()
+        if self._changes:
+            self._apply_changes()
         return self._shapes_of(body)
 
     def _shapes_of(self, body: Body) -> dict[int, list[ShapeAppearance]]:
@@ -84,17 +84,25 @@ class RenderShapes:
 
         The shapes change when they are next looked at.
         """
-        key = body.id, link_index, shape_index
-        self._colors.pop(key, None)
-        self._colors[key] = body, rgba
+        self.change_later(body, link_index, shape_index, "rgba", rgba)
 
-    def _apply_colors(self) -> None:
-        waiting, self._colors = self._colors, {}
-        for (_, link, place), (body, rgba) in waiting.items():
+    def change_later(self, body: Body, link_index: int, shape_index: int, name: str, value: Any) -> None:
+        """Replace a field of a link's render shape, or of all with -1, when they are next looked at."""
+        key = body.id, link_index, shape_index, name
+        self._changes.pop(key, None)
+        self._changes[key] = body, value
+
+    def _apply_changes(self) -> None:
+        waiting, self._changes = self._changes, {}
+        for (_, link, place, name), (body, value) in waiting.items():
             for index, look in enumerate(self._shapes_of(body).get(link, ())):
                 shape = look.shape
-                if place in (-1, index) and (shape.use_mesh_colors or shape.rgba != rgba):
-                    look.shape = replace(shape, rgba=rgba, use_mesh_colors=False)
+                is_painted = name == "rgba" and shape.use_mesh_colors
+                if place in (-1, index) and (is_painted or not _is_same(getattr(shape, name), value)):
+                    fields: dict[str, Any] = {name: value}
+                    if name == "rgba":
+                        fields["use_mesh_colors"] = False
+                    look.shape = replace(shape, **fields)
                     self._dirty = True
 
     def reshape(self, body: Body, geometry: Geometry) -> None:
@@ -110,7 +118,7 @@ class RenderShapes:
     def scene(self) -> RenderScene:
         """Return the scene with every shape on its present MuJoCo row."""
         self._world.ensure_compiled()
-        self._apply_colors()
+        self._apply_changes()
         for body_id, drawn in self.deforming.items():
             look, mesh = self.of(self._world.body_by_id[body_id])[0][0], drawn()
             if look.shape.mesh is not mesh:

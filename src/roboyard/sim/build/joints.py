@@ -90,10 +90,15 @@ def _set_limits(element: Any, joint: Joint, scale: float) -> None:
         lower, upper = lower * scale, upper * scale
     if max(abs(lower), abs(upper)) > LIMIT_INFINITE:
         return
-    if upper - lower < 2 * LOCKED_HALF_RANGE:
-        lower, upper = lower - LOCKED_HALF_RANGE, upper + LOCKED_HALF_RANGE
     element.limited = mujoco.mjtLimited.mjLIMITED_TRUE
-    element.range = [lower, upper]
+    element.range = accepted_range(lower, upper)
+
+
+def accepted_range(lower: float, upper: float) -> list[float]:
+    """Return limits (rad or m) that MuJoCo accepts: those of a locked joint are not equal."""
+    if upper - lower < 2 * LOCKED_HALF_RANGE:
+        return [lower - LOCKED_HALF_RANGE, upper + LOCKED_HALF_RANGE]
+    return [lower, upper]
 
 
 def _add_drive(spec: mujoco.MjSpec, joint_name: str, joint: Joint) -> Any:

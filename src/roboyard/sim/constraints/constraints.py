@@ -477,7 +477,10 @@ class Constraints:
         check_force(max_force)
         if constraint.max_force == max_force:
             return
+        was_bounded = np.isfinite(constraint.max_force)
         constraint.max_force = max_force
+        if was_bounded and np.isfinite(max_force) and self.rows.write_bound(constraint):
+            return
         self.rows.refresh()
         self._world.refresh_stepping()
 
@@ -530,7 +533,7 @@ class Constraints:
 
     def invalidate(self) -> None:
         """Write into MuJoCo's arrays, which are new."""
-        self.rows.refresh()
+        self.rows.invalidate()
         model, data = self._world.live_model, self._world.live_data
         self._positions, self._quaternions = model.site_pos.data, model.site_quat.data
         for constraint in self._by_id.values():

@@ -29,15 +29,51 @@ class ConstraintRows:
     def __init__(self, world: Engine[Body], by_id: dict[int, Constraint]) -> None:
         """Serve the constraints of a dictionary by their ids, which its owner changes."""
         self._world, self._by_id = world, by_id
-        self._bounds: np.ndarray | None = None
-        """(neq,) bounds of all equalities; None where they changed."""
+        self._bounds = np.zeros(0)
+        """(neq,) bounds of all equalities, if they are known."""
+        self._are_known = False
+        self._written: np.ndarray | None = None
+        """(neq, 2) bounds where they were last written for the solver of rows in turn."""
         self._tuned_timestep = 0.0
         """Time step for which stiffness is set (s); 0 where that changed."""
 
     def refresh(self) -> None:
         """Note that constraints, their bounds or MuJoCo's arrays are other ones."""
-        self._bounds = None
+        self._are_known = False
         self._tuned_timestep = 0.0
+
+    def invalidate(self) -> None:
+        """Note that MuJoCo's arrays are new."""
+        self.refresh()
+        self._bounds, self._written = np.zeros(0), None
+
+    def bound_places(self, constraint: Constraint) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return where a finite bound of a constraint is written while MuJoCo's arrays are the same.
+
+        Returns:
+            (1,) bound of its rows, (2,) bound in the solver, at most `LARGEST_FORCE`, and that of a weld's
+            last rows, twice as large; None where the next step reads all bounds.
+        """
+        if self._written is None or constraint.element is None or self._world.is_stale:
+            return None
+        equality, bounds = constraint.element.id, self._of_all(self._world.live_model.neq)
+        if not 0 <= equality < min(len(bounds), len(self._written)):
+            return None
+        return bounds[equality : equality + 1], self._written[equality]
+
+    def write_bound(self, constraint: Constraint) -> bool:
+        """Write a finite bound where another was; return False where steps read all bounds first."""
+        places = self.bound_places(constraint)
+        if places is None:
+            return False
+        force = min(constraint.max_force, LARGEST_FORCE)
+        places[0][0], places[1][:] = constraint.max_force, (force, 2.0 * force)
+        return True
+
+    def _of_all(self, count: int) -> np.ndarray:
+        if len(self._bounds) != count:
+            self._bounds, self._are_known = np.full(count, np.inf), False
+        return self._bounds
 
     def applied(self, constraint: Constraint) -> Array:
         """Return the efforts of a constraint in the last step, in the world frame.
@@ -120,6 +156,7 @@ class ConstraintRows:
             force, equality = min(constraint.max_force, LARGEST_FORCE), constraint.element.id
             bounds[equality] = force, 2.0 * force
             shares[equality] = constraint.share
+        self._written = bounds
 
     def free_axes(self, model: Any, data: Any) -> None:
         """Free slides along their axes, between the halves of a step."""
@@ -137,10 +174,11 @@ class ConstraintRows:
 
     def bound_forces(self, model: Any, data: Any) -> None:
         """Apply the force bounds of rows, after the solver."""
-        bounds = self._bounds
-        if bounds is None:
-            bounds = self._bounds = np.full(model.neq, np.inf)
+        bounds = self._of_all(model.neq)
+        if not self._are_known:
+            bounds[:] = np.inf
             for constraint in self._by_id.values():
                 bounds[constraint.element.id] = constraint.max_force
+            self._are_known = True
         if data.ne:
             bound_rows(model, data, bounds[data.efc_id[: data.ne]])

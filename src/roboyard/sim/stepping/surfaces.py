@@ -18,9 +18,11 @@ from roboyard.sim.link import Link
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.impulses.records import Surface
 from roboyard.sim.stepping.shape_forms import ShapeForms, no_forms
+from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
+surface_shifts = lazy_module("roboyard.sim.stepping.narrow_phase.surface_shifts")
 
 SLIDING_ITERATIONS = 4
 SLIDING_TOLERANCE = 1e-3
@@ -138,15 +140,10 @@ class Surfaces:
         assert self._widths is not None
         return self._widths[2]
 
-    def shift_contacts(self, model: Any, data: Any) -> None:
+    def shift_contacts(self, model: Any, data: Any, found: StepRows) -> None:
         """Move contacts that are not solved from MuJoCo's shapes to the surfaces, as steps do."""
         margins, _ = self.margins_and_reaches(model, data)
-        if not margins.any():
-            return
-        contact = data.contact
-        first, second = (np.where(g >= 0, margins[g], 0.0) for g in contact.geom.T)
-        contact.dist[:] -= first + second
-        contact.pos[:] += (0.5 * (first - second))[:, None] * contact.frame[:, :3]
+        surface_shifts().shift_contacts(found.contacts, found.counts[0], margins)
 
     def restitution(self, link: Link) -> float:
         """Return the coefficient of restitution of a link; 0 where none was set."""

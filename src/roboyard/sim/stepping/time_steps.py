@@ -570,7 +570,7 @@ class Stepping:
         found = self._compiled[1]
         if found.look()[0]:
             self._update_points(model, data, found)
-            self.surfaces.shift_contacts(model, data)
+            self.surfaces.shift_contacts(model, data, found)
         else:
             self.manifolds.forget()
         if self._windows.shows_slots:

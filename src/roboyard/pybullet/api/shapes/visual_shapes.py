@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from posixpath import dirname, join, normpath
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 _FAILED, _ARRAY_FAILED = "createVisualShape failed.", "createVisualShapeArray failed."
 _WHITE = (1.0, 1.0, 1.0, 1.0)
-_NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+_NOWHERE, _UNIT, _IDENTITY = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 1.0)
 _PLAIN = (c.GEOM_SPHERE, c.GEOM_BOX, c.GEOM_CYLINDER, c.GEOM_CAPSULE)
 _KNOWN: dict[Any, Visual] = {}
 """Visuals of plain shapes by what they were made of: programs make many of the same."""
@@ -367,15 +367,16 @@ def _visual(
         if found is not None:
             return found
     r, g, b, a = quaternion_or(rgba, _WHITE)
-    if (
-        kind == c.GEOM_MESH
-        and vertices is None
-        and find_file(client.search.folder, text(file_name), client.mounts) is None
-    ):
-        return None
-    geometry = plain_geometry(
-        client, kind, radius, half_extents, length, file_name, mesh_scale, normal, vertices, indices, message
-    )
+    if kind == c.GEOM_MESH and vertices is None:
+        path = find_file(client.search.folder, text(file_name), client.mounts)
+        if path is None:
+            return None
+        geometry: Geometry = Mesh(uri=file_name, path=path, scale=vector3_or(mesh_scale, _UNIT))
+    else:
+        geometry = plain_geometry(
+            *(client, kind, radius, half_extents, length, file_name, mesh_scale, normal),
+            *(vertices, indices, message),
+        )
     if isinstance(geometry, Mesh) and geometry.data is not None:
         from roboyard.pybullet.api.shapes.memory_meshes import mesh_of
 
@@ -403,10 +404,9 @@ def _keep(client: Client, visuals: tuple[Visual, ...]) -> int:
 
 
 def _change(client: Client, record: BodyRecord, link: int, shape: int, fields: dict[str, Any]) -> None:
-    rendered_shapes = client.scene.world.render_shapes
-    for index in range(len(rendered_shapes.of(record.body).get(link + 1, ()))):
-        if shape in (-1, index):
-            rendered_shapes.change(record.body, link + 1, index, **fields)
+    if shape >= -1:
+        for name, value in fields.items():
+            client.scene.world.render_shapes.change_later(record.body, link + 1, shape, name, value)
 
 
 START.later(partial(replace_settings, "setDebugObjectColor"))
@@ -418,7 +418,31 @@ def _change_color(client: Client, body: int, link: int, rgba: tuple[float, float
     record = scene.bodies.get(body)
     if record is not None and -1 <= link < record.joint_count:
         record.colors[link + 1] = rgba
-        scene.world.render_shapes.recolor(record.body, link + 1, -1, rgba)
+        scene.world.render_shapes.change_later(record.body, link + 1, -1, "rgba", rgba)
 
 
-START.later(partial(replace_properties, "changeVisualShape", {"rgbaColor": _change_color}, {"rgbaColor": 4}))
+def _change_specular(client: Client, body: int, link: int, rgb: tuple[float, float, float]) -> None:
+    """Change the specular colour of all shapes of a link."""
+    scene = client.scene
+    record = scene.bodies.get(body)
+    if record is not None and -1 <= link < record.joint_count:
+        scene.world.render_shapes.change_later(record.body, link + 1, -1, "specular", sum(rgb) / 3.0)
+
+
+def _change_texture(client: Client, body: int, link: int, texture: int) -> None:
+    """Change the texture of all shapes of a link."""
+    scene = client.scene
+    record = scene.bodies.get(body)
+    if record is not None and -1 <= link < record.joint_count:
+        image = scene.textures.image(whole(texture), scene.world)
+        scene.world.render_shapes.change_later(record.body, link + 1, -1, "texture", image)
+
+
+CHANGES: Mapping[str, Any] = {
+    "rgbaColor": _change_color,
+    "specularColor": _change_specular,
+    "textureUniqueId": _change_texture,
+}
+"""Arguments of changeVisualShape that change one property, to what does so where only such ones are given."""
+_LENGTHS = {"rgbaColor": 4, "specularColor": 3}
+START.later(partial(replace_properties, "changeVisualShape", CHANGES, _LENGTHS))

@@ -1,0 +1,111 @@
+"""Closest points that machine code lists are those of the Python function."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roboyard.pybullet as p
+from roboyard.native.objects import arrays_have_the_known_layout
+from roboyard.pybullet.connections import CLIENTS
+from roboyard.pybullet.face import direct_calls
+from roboyard.pybullet.face.entries import FRONT
+from roboyard.pybullet.fast import closest_entries, fast_commands
+from roboyard.pybullet_data import getDataPath
+
+pytestmark = pytest.mark.skipif(
+    not (direct_calls.CAN_START and arrays_have_the_known_layout()), reason="machine code is not used here"
+)
+
+
+@pytest.fixture
+def bodies(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
+    assert FRONT.address()
+    assert closest_entries.CLOSEST.address()
+    monkeypatch.setattr(fast_commands, "FEW", 0)
+    direct_calls.START.enter()
+    fast_commands.replace_closest()
+    p.connect(p.DIRECT)
+    p.setAdditionalSearchPath(getDataPath())
+    found = [p.loadURDF("plane.urdf"), p.loadURDF("r2d2.urdf", [0, 0, 0.6])]
+    found.append(p.loadURDF("kuka_iiwa/model.urdf", [0.5, 0, 0], [0, 0, 0.6, 0.8], useFixedBase=True))
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3])
+    found += [p.createMultiBody(1, box, -1, [1.0, 0.2 * k, 0.8], [0.1, 0.5, 0.2, 0.8]) for k in range(2)]
+    found.append(p.createMultiBody(1))
+    yield found
+    for number in list(CLIENTS):
+        p.disconnect(number)
+
+
+CALLS: list[tuple[Any, ...]] = [
+    (0.7,),
+    (5,),
+    (0.0,),
+    (-0.01,),
+    (0.7, -1),
+    (0.7, 3),
+    (0.7, -2, -1),
+    (0.7, 6, 3),
+    (0.7, 99),
+    (0.7, -3, -2),
+    (0.7, -1.0),
+    (float("nan"),),
+    ("0.7",),
+    (None,),
+    (),
+]
+
+
+def outcome(call: Any, *given: Any) -> Any:
+    try:
+        return call(*given)
+    except Exception as problem:
+        return type(problem), str(problem)
+
+
+@pytest.mark.parametrize("given", CALLS)
+def test_points_are_those_of_the_python_function(bodies: list[int], given: tuple[Any, ...]) -> None:
+    def change_margin() -> None:
+        p.changeDynamics(bodies[3], -1, collisionMargin=0.02)
+
+    edits = (
+        p.stepSimulation,
+        lambda: p.resetJointState(bodies[2], 1, 0.4),
+        lambda: p.resetBasePositionAndOrientation(bodies[3], [0.9, 0.1, 0.7], [0, 0.6, 0, 0.8]),
+        lambda: p.removeBody(p.createMultiBody(1.0)),
+        change_margin,
+        lambda: p.removeBody(bodies[4]),
+    )
+    some = 0
+    for edit in edits:
+        for a in (*bodies, 99, -1, 1.0):
+            for b in (bodies[0], *bodies[2:4], True):
+                answers = []
+                for is_python in (False, False, True):
+                    edit()
+                    p.resetJointState(bodies[2], 1, 0.3 if edit is p.stepSimulation else 0.2)
+                    call = p.getClosestPoints.__self__ if is_python else p.getClosestPoints
+                    answers.append(repr(outcome(call, a, b, *given)))
+                if edit is not p.stepSimulation:  # which moves
+                    assert answers[0] == answers[1] == answers[2]
+                    some += answers[0] != "()"
+    assert some
+
+
+def test_machine_code_finds_points(bodies: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    p.getClosestPoints(bodies[3], bodies[2], 5)
+    p.getClosestPoints(bodies[3], bodies[4], 5, linkIndexB=-1)
+    p.resetBasePositionAndOrientation(bodies[3], [1, 0, 2], [0, 0, 0, 1])
+    p.resetBasePositionAndOrientation(bodies[4], [1, 0, 3], [0, 0, 0, 1])
+    client: Any = CLIENTS[0]
+    monkeypatch.setattr(client.scene, "bodies", None)  # which the Python function reads
+    ((*_, on_a, on_b, normal, distance, force, _, _, _, _),) = p.getClosestPoints(
+        bodies[3], bodies[4], 5, linkIndexB=-1
+    )
+    assert (on_a[2], on_b[2], distance) == pytest.approx((2.3, 2.7, 0.4), abs=1e-6)
+    np.testing.assert_allclose(normal, [0, 0, -1], rtol=0, atol=1e-6)
+    assert force == 0.0
+    assert len(p.getClosestPoints(bodies[3], bodies[2], 5)) > 5

@@ -1,0 +1,162 @@
+"""Motor commands in machine code do what their Python functions do, also with bounds that change."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roboyard.pybullet as p
+from roboyard.native.objects import arrays_have_the_known_layout
+from roboyard.pybullet.connections import CLIENTS
+from roboyard.pybullet.face import direct_calls
+from roboyard.pybullet.face.commands import COMMANDS
+from roboyard.pybullet.face.entries import FRONT
+from roboyard.pybullet.fast import fast_commands, motor_entries
+
+pytestmark = pytest.mark.skipif(
+    not (direct_calls.CAN_START and arrays_have_the_known_layout()), reason="machine code is not used here"
+)
+ARM = """<robot name="arm"><link name="base"/>
+<link name="a">{inertial}</link><link name="b">{inertial}</link><link name="c">{inertial}</link>
+<joint name="one" type="revolute"><parent link="base"/><child link="a"/><axis xyz="0 1 0"/>
+<limit lower="-2" upper="2" effort="10" velocity="10"/></joint>
+<joint name="two" type="continuous"><parent link="a"/><child link="b"/><origin xyz="0 0 0.2"/>
+<axis xyz="0 1 0"/></joint>
+<joint name="three" type="fixed"><parent link="b"/><child link="c"/><origin xyz="0 0 0.2"/></joint></robot>"""
+INERTIAL = """<inertial><origin xyz="0 0 0.1"/><mass value="0.5"/>
+<inertia ixx="0.002" ixy="0" ixz="0" iyy="0.002" iyz="0" izz="0.001"/></inertial>"""
+
+
+@pytest.fixture(autouse=True)
+def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    assert FRONT.address()
+    assert motor_entries.MOTORS.address()
+    monkeypatch.setattr(fast_commands, "FEW", 0)
+    direct_calls.START.enter()
+    fast_commands.replace_motors()
+    yield
+    for number in list(CLIENTS):
+        p.disconnect(number)
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Path:
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM.format(inertial=INERTIAL))
+    return path
+
+
+def motors(number: int, robot: int) -> list[Any]:
+    client: Any = CLIENTS[number]
+    scene = client.scene
+    scene.flush_motors()
+    own, record = scene.world.motors.of(scene.bodies[robot].body), scene.bodies[robot]
+    world = scene.world
+    dry = [] if world.is_stale else world.live_model.dof_frictionloss.tolist()
+    arrays = [own.motors.tolist(), own.targets.tolist(), own.bounds.tolist()]
+    return [*arrays, dry, sorted(record.motors_off), list(record.applied), list(record.motored)]
+
+
+def test_commands_with_changing_bounds_are_those_of_the_python_functions(arm: Path) -> None:
+    draw = random.Random(3)
+    numbers = [p.connect(p.DIRECT), p.connect(p.DIRECT)]
+    for number in numbers:
+        p.setGravity(0, 0, -9.8, physicsClientId=number)
+        assert p.loadURDF(str(arm), useFixedBase=True, physicsClientId=number) == 0
+
+    def both(name: str, *given: Any, **keywords: Any) -> None:
+        getattr(p, name)(*given, **keywords)
+        COMMANDS[name].function(CLIENTS[1], *given, **keywords)
+
+    def command() -> None:
+        mode = draw.choice([p.POSITION_CONTROL, p.POSITION_CONTROL, p.VELOCITY_CONTROL, p.TORQUE_CONTROL])
+        force = draw.choice([3, 5.0, np.float64(2.5), 0, 0.0, 7, 8, np.float32(4)])
+        place = draw.choice([0.1, -3, np.float64(0.4), 9.0])
+        form = draw.randrange(6)
+        joint = draw.choice([0, 1, 2, np.int64(1)])
+        if form < 2:
+            gains = draw.choice([{}, {"positionGain": 0.3}, {"velocityGain": 0.5, "maxVelocity": 2.0}])
+            speed = draw.choice([{}, {"targetVelocity": 0.5}])
+            if mode == p.POSITION_CONTROL and form == 0:
+                both("setJointMotorControl2", 0, joint, mode, place, force=force, **gains, **speed)
+            else:
+                both("setJointMotorControl2", 0, joint, mode, force=force, **gains, **speed)
+        elif form < 4:
+            joints: Any = draw.choice([[0, 1], range(3), [1], (1, 0), [1, 1]])
+            lists: dict[str, Any] = {"forces": [draw.choice([force, 6.0]) for _ in joints]}
+            if mode == p.POSITION_CONTROL:
+                lists["targetPositions"] = [place] * len(joints)
+            both("setJointMotorControlArray", 0, joints, mode, **lists)
+        elif form == 4:
+            both("setJointMotorControlMultiDof", 0, joint, p.POSITION_CONTROL, [place], force=[force])
+        else:
+            lists = {"forces": [[force], [draw.choice([force, 2.0])]]}
+            both("setJointMotorControlMultiDofArray", 0, [0, 1], p.POSITION_CONTROL, [[0.1], [0.2]], **lists)
+
+    def change() -> None:
+        kind, step = draw.randrange(4), draw.choice([0.004, 0.01])
+        for number in numbers:
+            if kind == 0:
+                p.setTimeStep(step, physicsClientId=number)
+            elif kind == 1:
+                p.createMultiBody(1.0, basePosition=[2, 0, 0], physicsClientId=number)
+            else:
+                p.setPhysicsEngineParameter(numSubSteps=2 * (kind - 2), physicsClientId=number)
+
+    for turn in range(600):
+        command()
+        assert motors(0, 0) == motors(1, 0), turn
+        if turn % 3 == 2:
+            for number in numbers:
+                p.stepSimulation(physicsClientId=number)
+            states = [p.getJointStates(0, [0, 1, 2], physicsClientId=number) for number in numbers]
+            assert states[0] == states[1], turn
+        if turn % 23 == 22:
+            change()
+
+
+def test_machine_code_writes_the_bounds(arm: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    p.connect(p.DIRECT)
+    robot = p.loadURDF(str(arm), useFixedBase=True)
+    for force in (2.0, 3.0):
+        p.setJointMotorControl2(robot, 0, p.POSITION_CONTROL, 0.3, force=force)
+        p.setJointMotorControl2(robot, 1, p.VELOCITY_CONTROL, force=0)
+        p.stepSimulation()
+    p.setJointMotorControl2(robot, 0, p.POSITION_CONTROL, 0.3, force=4.0)  # prepared after the step
+    p.setJointMotorControl2(robot, 1, p.TORQUE_CONTROL, force=0.1)
+    client: Any = CLIENTS[0]
+    monkeypatch.setattr(client.scene, "bodies", None)  # which the Python functions read
+    p.setJointMotorControl2(robot, 0, p.POSITION_CONTROL, 0.3, force=6.0)
+    p.setJointMotorControl2(robot, 1, p.VELOCITY_CONTROL, force=0)
+    p.setJointMotorControl2(robot, 1, p.TORQUE_CONTROL, force=0.2)
+    keywords = {"jointIndex": 0, "controlMode": p.VELOCITY_CONTROL, "force": np.float64(5)}
+    p.setJointMotorControl2(bodyUniqueId=robot, **keywords)
+    p.setJointMotorControlArray(robot, [0, 1], p.POSITION_CONTROL, [0.1, 0.2], forces=[4.5, 0.0])
+    monkeypatch.undo()
+    client.scene.world.wrenches.find()
+    scene = client.scene
+    own = scene.world.motors.of(scene.bodies[robot].body)
+    np.testing.assert_array_equal(own.bounds, [[0.0, 4.5 / 240], [0.0, 0.0]])
+    np.testing.assert_allclose(scene.world.live_model.dof_frictionloss, [4.5, 0.0], rtol=1e-15)
+    np.testing.assert_allclose(scene.world.live_data.qfrc_applied, [0.0, 0.3], rtol=1e-15)
+
+
+def test_an_arm_with_changing_bounds_moves_as_in_pybullet(arm: Path) -> None:
+    p.connect(p.DIRECT)
+    p.setGravity(0, 0, -9.8)
+    robot = p.loadURDF(str(arm), useFixedBase=True, flags=p.URDF_USE_INERTIA_FROM_FILE)
+    for step in range(240):
+        p.setJointMotorControl2(robot, 0, p.POSITION_CONTROL, 0.5, force=0.5 + 0.01 * (step % 50))
+        p.setJointMotorControlArray(robot, [1], p.POSITION_CONTROL, [-0.8], forces=[0.2 + 0.02 * (step % 7)])
+        p.stepSimulation()
+    found = [number for state in p.getJointStates(robot, [0, 1]) for number in state[:2]]
+    assert found == pytest.approx(RECORDED, abs=1e-6)
+
+
+RECORDED = [0.7412236296925281, -3.1630806046697435, -5.109218178532287, 9.104331525972611]
+"""Positions and velocities in PyBullet 3.2.7."""
