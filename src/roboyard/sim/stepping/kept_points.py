@@ -62,7 +62,14 @@ def no_points() -> Points:
 
 
 def make_points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int) -> Points:
-    """Return room for the points of so many pairs, and for so many pairs whose boxes meet."""
+    """Return room for the points of so many pairs, and for so many pairs whose boxes meet.
+
+    Args:
+        turns: (ngeom,) as of `Points`.
+        tree_places: (ntree,) as of `Points`.
+        pairs: number of pairs with points.
+        meeting: number of pairs whose boxes meet.
+    """
     geoms, shapes, notes = len(turns), np.count_nonzero(turns >= 0), np.zeros(NOTES, np.int64)
     new, ages = np.zeros((geoms, 6)), np.zeros(geoms, np.int32)
     new[:, 0], ages[turns[:shapes]], notes[SHAPES] = 1.0, np.arange(shapes), shapes
