@@ -78,7 +78,6 @@ def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
         The exit code of the script; 1 after an exception, whose traceback starts in the script.
     """
     path = str(script)
-    module = ModuleType("__main__")
     end_early()
     with paused_collection():
         load_numpy()
@@ -90,7 +89,7 @@ def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
     sys.path.insert(0, str(Path(script).resolve().parent))
     code = 0
     try:
-        _execute(path, module)
+        _execute(path)
     except SystemExit as leave:
         code = _exit_code(leave.code)
     except BaseException as problem:
@@ -102,8 +101,8 @@ def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
     return code
 
 
-def _execute(path: str, module: ModuleType) -> None:
-    """Execute a script as the code of a module, which is `__main__` from now on.
+def _execute(path: str) -> None:
+    """Execute a script as the code of a new module, which is `__main__` from now on.
 
     `runpy`, which executes archives and bytecode, too, loses the names of a script before the process ends:
     what files hold that are still open would not be written.
@@ -114,6 +113,7 @@ def _execute(path: str, module: ModuleType) -> None:
         runpy.run_path(path, run_name="__main__")
         return
     code = compile(source, path, "exec", dont_inherit=True)
+    module = ModuleType("__main__")  # not before `preload`, after which the collector leaves what exists
     module.__file__, module.__loader__ = path, SourceFileLoader("__main__", path)
     vars(module).update(__builtins__=sys.modules["builtins"], __cached__=None)
     sys.modules["__main__"] = module
