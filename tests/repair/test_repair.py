@@ -301,3 +301,18 @@ def test_repaired_robots_settle_in_a_world(tmp_path: Path) -> None:
     assert np.isfinite(world.data.qpos).all()
     assert np.abs(world.data.qvel).max() < 0.5
     assert body.name
+
+
+def test_ranges_of_a_continuous_joint_go_at_once(tmp_path: Path) -> None:
+    """A second <limit> becomes the joint's once the first one is removed."""
+    file = tmp_path / "robot" / "arm.urdf"
+    file.parent.mkdir()
+    limits = '<limit upper="1"/><limit lower="0" effort="2"/><limit effort="3"/>'
+    file.write_text(
+        f"""<robot name="arm"><link name="a"/><link name="b"/><joint name="j" type="continuous">
+        <parent link="a"/><child link="b"/><axis xyz="0 0 1"/>{limits}</joint></robot>"""
+    )
+    first = repair_urdf(file, tmp_path / "one")
+    ranges = [fix for fix in first.fixes if fix.code == "continuous-with-limits"]
+    assert [fix.after for fix in ranges] == ["removed", '<limit effort="2">']
+    assert repair_urdf(first.urdf, tmp_path / "two").fixes == ()

@@ -46,11 +46,13 @@ def unlimited(context: RepairContext, faults: Sequence[Fault]) -> Changes:
         joint = fault.at
         assert isinstance(joint, JointElement)
         assert joint.limit is not None
-        before = shown(joint.limit)
-        for key in ("lower", "upper"):
-            joint.limit.attrib.pop(key, None)
-        if not joint.limit.attrib and not len(joint.limit):
-            joint.element.remove(joint.limit)
-            yield change(fault, before, "removed")
-        else:
-            yield change(fault, before, shown(joint.limit))
+        limits = [child for child in joint.element if child.tag == joint.limit.tag]
+        for limit in limits:  # of which others become the joint's once the first one is removed
+            before = shown(limit)
+            if [limit.attrib.pop(key, None) for key in ("lower", "upper")] == [None, None]:
+                continue
+            if not limit.attrib and not len(limit):
+                joint.element.remove(limit)
+                yield change(fault, before, "removed")
+            else:
+                yield change(fault, before, shown(limit))
