@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plain_box_tree import BoxTree, Node
 
 from roboyard import pybullet as p
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.sim.stepping.impulses import contact_order
-from roboyard.sim.stepping.impulses.meeting_pairs import SPARE
 from roboyard.sim.stepping.impulses.records import (
     CHECKED,
     GROUP,
@@ -29,64 +29,73 @@ from roboyard.sim.stepping.sequential.solution_order import quicksort
 class _Order:
     """Bullet's pairs and the order in which it solves them; see `meeting_pairs` and `contact_order`."""
 
-    def __init__(self, model: Any, boxes: np.ndarray, compound: np.ndarray, turns: list[int]) -> None:
-        self.model, self.boxes, self.compound, self.turns = model, boxes, compound, turns
-        self.wide: dict[int, np.ndarray] = {}
+    def __init__(self, model: Any, surface: Any, links: dict[int, list[int]]) -> None:
+        """Start without pairs. links: geoms of MuJoCo's bodies, in the order of creation."""
+        self.model, self.links = model, links
+        self.boxes, self.covers, self.compound = surface.boxes, surface.covers, surface.compound
+        self.tree, self.leaves = BoxTree(), dict[int, Node]()
         self.pairs: list[tuple[int, int]] = []
         self.ranked: list[tuple[int, int]] = []
         self.checked, self.added, self.is_refreshed = 0, 0, False
-        self.trees = model.body_treeid[model.geom_bodyid]
-        self.places = list(dict.fromkeys(int(self.trees[geom]) for geom in turns if self.trees[geom] >= 0))
+        self.trees = model.body_treeid
+        self.places = list(dict.fromkeys(int(self.trees[k]) for k in links if self.trees[k] >= 0))
 
-    def _tight(self, data: Any) -> dict[int, np.ndarray]:
-        """Return the least and largest coordinates of geoms: (2, 3) each."""
-        found = {}
-        for geom in self.turns:
-            if self.model.geom_type[geom] == 0:
-                found[geom] = np.array([[-1e18] * 3, [1e18] * 3])
-                continue
-            body = self.model.geom_bodyid[geom]
-            turned = self.boxes[geom] @ data.xmat[body].reshape(3, 3).T
-            half = np.abs(turned[1:]).sum(axis=0)
-            found[geom] = data.xpos[body] + turned[0] + np.array([-half, half])
-        return found
+    def _tight(self, data: Any) -> tuple[dict[int, np.ndarray], dict[int, np.ndarray]]:
+        """Return the least and largest coordinates of links and geoms: (2, 3) each."""
+        of_links, of_geoms = {}, {}
+        for link, geoms in self.links.items():
+            place, turn = data.xpos[link], data.xmat[link].reshape(3, 3)
+            if self.model.geom_type[geoms[0]] == 0:
+                of_links[link] = np.array([[-1e18] * 3, [1e18] * 3])
+            else:
+                of_links[link] = _turned(self.covers[link, :4], place, turn, self.covers[link, 4])
+            for geom in geoms:
+                is_part = self.compound[geom]
+                of_geoms[geom] = (
+                    _turned(self.boxes[geom], place, turn, np.zeros(3)) if is_part else of_links[link]
+                )
+        return of_links, of_geoms
 
-    def _may_touch(self, a: int, b: int) -> bool:
-        model = self.model
+    def _may_touch(self, one: int, two: int) -> bool:
+        model, (a, b) = self.model, (self.links[one][0], self.links[two][0])
         kind, affinity = model.geom_contype, model.geom_conaffinity
-        weld = model.body_weldid[model.geom_bodyid]
-        one, two = sorted(model.geom_bodyid[[a, b]].tolist())
+        one, two = sorted((one, two))
         return bool(
-            weld[a] != weld[b]
+            model.body_weldid[one] != model.body_weldid[two]
             and kind[a] & affinity[b] | kind[b] & affinity[a]
             and (one << 16) + two not in model.exclude_signature
         )
 
-    def _add_pairs(self, geom: int) -> int:
-        """Add new pairs; return how many boxes the geom's meets."""
-        met = 0
-        for other in reversed(self.turns):
-            pair = min(geom, other), max(geom, other)
-            meets = other in self.wide and other != geom and _meet(self.wide[geom], self.wide[other])
-            met += meets
-            if meets and self._may_touch(*pair) and pair not in self.pairs:
+    def _add_pairs(self, link: int) -> int:
+        """Add new pairs; return how many boxes the link's meets."""
+        found = [other for other in self.tree.meeting(self.leaves[link].box) if other != link]
+        for other in found:
+            pair = min(link, other), max(link, other)
+            if self._may_touch(*pair) and pair not in self.pairs:
                 self.pairs.append(pair)
-        return met
+        return len(found)
 
-    def refresh(self, geoms: list[int], data: Any) -> None:
-        """Let each of some geoms leave and come back."""
+    def refresh(self, links: list[int], data: Any) -> None:
+        """Let each of some links leave and come back."""
         self.is_refreshed = True
-        tight = self._tight(data)
-        for geom in geoms:
+        tight, _ = self._tight(data)
+        for link in links:
+            self.tree.remove(self.leaves[link])
             place = 0
             while place < len(self.pairs):
-                if geom in self.pairs[place]:
-                    self._end_rank(self.pairs[place])
-                    _take_out(self.pairs, place)
+                if link in self.pairs[place]:
+                    self._end_pair(place)
                 else:
                     place += 1
-            self.wide[geom] = tight[geom]
-            self.added += self._add_pairs(geom)
+            self.leaves[link] = self.tree.add(tight[link], link)
+            self.added += self._add_pairs(link)
+
+    def _end_pair(self, place: int) -> None:
+        one, two = self.pairs[place]
+        for a in self.links[one]:
+            for b in self.links[two]:
+                self._end_rank((min(a, b), max(a, b)))
+        _take_out(self.pairs, place)
 
     def _end_rank(self, pair: tuple[int, int]) -> None:
         if pair in self.ranked:
@@ -94,41 +103,43 @@ class _Order:
 
     def meet(self, data: Any) -> None:
         """Update the pairs for a step's places of the bodies."""
-        tight = self._tight(data)
+        tight, of_geoms = self._tight(data)
         met, has_moved = 1 + self.added, self.is_refreshed
         self.added, self.is_refreshed = 0, False
-        for geom in self.turns:
-            if geom not in self.wide:
-                self.wide[geom] = tight[geom]
-                met += self._add_pairs(geom)
+        for link in self.links:
+            if link not in self.leaves:
+                self.leaves[link] = self.tree.add(tight[link], link)
+                met += self._add_pairs(link)
                 has_moved = True
-        for geom in self.turns:
-            enlarged = _wider(tight[geom], 0.02)
-            if (enlarged[0] < self.wide[geom][0]).any() or (enlarged[1] > self.wide[geom][1]).any():
-                is_near = _meet(enlarged, self.wide[geom])
-                self.wide[geom] = _wider(tight[geom], 0.02 + SPARE if is_near else 0.02)
-                met += self._add_pairs(geom)
+        for link in self.links:
+            enlarged, leaf = _wider(tight[link], 0.02), self.leaves[link]
+            if (enlarged[0] < leaf.box[0]).any() or (enlarged[1] > leaf.box[1]).any():
+                self.tree.move(leaf, enlarged)
+                met += self._add_pairs(link)
                 has_moved = True
+        self.tree.improve()
         if has_moved:
             self._end_pairs(met)
-        for pair in self.pairs:
-            meets = not self.compound[list(pair)].any() or _meet(tight[pair[0]], tight[pair[1]])
-            if not meets:
-                self._end_rank(pair)
-            elif pair not in self.ranked:
-                self.ranked.append(pair)
+        for one, two in self.pairs:
+            geoms = self.links[one] + self.links[two]
+            for a in self.links[one]:
+                for b in self.links[two]:
+                    pair = min(a, b), max(a, b)
+                    if self.compound[geoms].any() and not _meet(of_geoms[a], of_geoms[b]):
+                        self._end_rank(pair)
+                    elif pair not in self.ranked:
+                        self.ranked.append(pair)
 
     def _end_pairs(self, fresh: int) -> None:
         left = min(len(self.pairs), max(fresh, len(self.pairs) // 10))
         at = self.checked
         for _ in range(left):
             place = at % len(self.pairs)
-            pair = self.pairs[place]
-            if _meet(self.wide[pair[0]], self.wide[pair[1]]) and self._may_touch(*pair):
+            one, two = self.pairs[place]
+            if _meet(self.leaves[one].box, self.leaves[two].box) and self._may_touch(one, two):
                 at += 1
             else:
-                self._end_rank(pair)
-                _take_out(self.pairs, place)
+                self._end_pair(place)
         self.checked = at % len(self.pairs) if self.pairs else 0
 
     def contacts(
@@ -143,7 +154,7 @@ class _Order:
                 group = {tree: new if key == old else key for tree, key in group.items()}
         items = []
         for rank, pair in enumerate(self.ranked):
-            one, two = (int(self.trees[geom]) for geom in pair)
+            one, two = (int(self.trees[self.model.geom_bodyid[geom]]) for geom in pair)
             items.append((group.get(one if one >= 0 else two, -1), rank, 0))
         quicksort(items)
         order = []
@@ -157,6 +168,12 @@ class _Order:
             order += chain
         loose = [n for n, pair in enumerate(geoms) if not apart[n] and n not in order]
         return order + loose[::-1]
+
+
+def _turned(box: np.ndarray, place: np.ndarray, turn: np.ndarray, more: np.ndarray) -> np.ndarray:
+    middle, *edges = box @ turn.T
+    half = np.abs(edges).sum(axis=0) + more
+    return place + middle + np.array([-half, half])
 
 
 def _wider(box: np.ndarray, width: float) -> np.ndarray:
@@ -201,6 +218,14 @@ def _random_bodies(rng: np.random.Generator) -> list[int]:
     return bodies
 
 
+def _links_of(model: Any, turns: list[int]) -> dict[int, list[int]]:
+    """Return the geoms of MuJoCo's bodies, in the order of creation."""
+    links = dict[int, list[int]]()
+    for geom in turns:
+        links.setdefault(int(model.geom_bodyid[geom]), []).append(geom)
+    return links
+
+
 def _hanging_spheres() -> int:
     """Return a compound of spheres; just above a block, MuJoCo finds contacts that have no rank."""
     p.createMultiBody(
@@ -239,10 +264,11 @@ def test_contacts_are_in_the_order_of_a_plain_version(client: int, seed: int) ->
         model, data, points = world.live_model, world.live_data, stepping.manifolds.points
         in_turn = stepping.in_turn
         if order is None:
-            turns, surface = points.turns[: points.notes[SHAPES]].tolist(), in_turn._surface
-            order = _Order(model, surface.boxes, surface.compound, turns)
+            turns = points.turns[: points.notes[SHAPES]].tolist()
+            order = _Order(model, in_turn._surface, _links_of(model, turns))
         for body in filtered:
-            order.refresh(world.body_by_id[CLIENTS[client].scene.bodies[body].body.id].geom_rows[0], data)
+            rows = world.body_by_id[CLIENTS[client].scene.bodies[body].body.id].mujoco_ids
+            order.refresh(rows.tolist(), data)
         before = len(order.pairs)
         order.meet(data)
         ended += len(order.pairs) < before
@@ -254,7 +280,7 @@ def test_contacts_are_in_the_order_of_a_plain_version(client: int, seed: int) ->
         wanted = order.contacts(geoms, apart, points.slots[: len(geoms)].tolist(), joined)
         listed, ranked = points.notes[LISTED], points.notes[RANKED]
         assert [tuple(pair) for pair in points.pairs[:2, :listed].T.tolist()] == order.pairs, step
-        ranks = [tuple(points.pairs[:2, place].tolist()) for place in points.ranked[:ranked]]
+        ranks = [tuple(pair) for pair in points.ranked[:, :ranked].T.tolist()]
         assert ranks == order.ranked and points.notes[CHECKED] == order.checked, step
         assert points.sequence[: points.notes[TAKEN_UP]].tolist() == wanted, step
         most = max(most, len(wanted))

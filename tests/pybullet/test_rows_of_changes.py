@@ -12,8 +12,10 @@ import pytest
 from roboyard import pybullet as p
 from roboyard.pybullet.bullet_rules.shape_rows import ShapeRows
 from roboyard.pybullet.connections import CLIENTS
+from roboyard.sim.stepping.broad_phase.box_tree import FIRST, LINK, ROOT, SECOND
 from roboyard.sim.stepping.impulses.records import (
     CHECKED,
+    LINKS,
     LISTED,
     PAIRS,
     RANKED,
@@ -33,23 +35,41 @@ def _looked_up_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ShapeRows, "_update", lambda *_: False)
 
 
+def _order(points: Any) -> list[int]:
+    """Return the links in the order in which the tree of boxes has them."""
+    found, left = list[int](), [int(points.tree[ROOT])]
+    while left:
+        node = left.pop()
+        if points.ties[node, SECOND] < 0:
+            found.append(int(points.ties[node, LINK]))
+        else:
+            left += [int(points.ties[node, FIRST]), int(points.ties[node, SECOND])]
+    return found
+
+
 def _arrays(client: int) -> dict[str, np.ndarray]:
     """Return all that the solver of a client is given, in the order of its numbers."""
     world = CLIENTS[client].scene.world
     stepping = world.stepping
     points, in_turn = stepping.manifolds.points, stepping.in_turn
     notes = points.notes
-    shapes, listed, ranked, pairs, table = notes[[SHAPES, LISTED, RANKED, PAIRS, TABLE]].tolist()
-    turns = points.turns[:shapes]
+    names = [SHAPES, LINKS, LISTED, RANKED, PAIRS, TABLE]
+    shapes, count, listed, ranked, pairs, table = notes[names].tolist()
+    turns, links = points.turns[:shapes], points.links[:count]
     found = {
         "turns": points.turns,
         "ages": points.ages,
         "tree places": points.tree_places,
         "tight": points.tight[turns],
-        "wide": points.wide,
-        "seats": points.seats[turns],
+        "links": points.links,
+        "firsts": points.firsts[links],
+        "sizes": points.sizes,
+        "bounds": points.bounds[links],
+        "seats": points.seats[links],
+        "boxes": points.nodes[points.leaves[links]],
+        "order": np.array(_order(points)),
         "pairs": points.pairs[:, :listed],
-        "ranked": points.ranked[:ranked],
+        "ranked": points.ranked[:, :ranked],
         "checked": notes[[CHECKED]],
         "keys": points.keys[table, :pairs],
         "counts": points.counts[table, :pairs],

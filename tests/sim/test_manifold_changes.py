@@ -17,26 +17,25 @@ LINKS = """<mujoco><worldbody><geom type="plane" size="1 1 1"/>
   <body><geom size="0.1"/><body><geom size="0.1"/></body></body></worldbody></mujoco>"""
 
 
-def test_boxes_hold_the_corners_of_shapes_where_their_body_was_made() -> None:
-    """Shapes that have a box already, and those without an end, get none."""
+def test_boxes_hold_the_corners_of_links_where_their_body_was_made() -> None:
+    """Links that have a box already, and those without an end, get none; quaternions may have any length."""
     rng = np.random.default_rng(0)
     corners = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
     for _ in range(20):
-        boxes, turn = rng.normal(size=(4, 4, 3)), Rotation.from_quat(rng.normal(size=4))
-        boxes[2, 1:] = 1e9 * np.eye(3)
-        place = rng.normal(size=3)
-        wide = np.tile([1.0, 0, 0, 0, 0, 0], (9, 1))
-        wide[5, 0] = -1.0
-        tight = np.full((9, 6), 7.0)
-        geoms = np.array([3, 5, 6, 8], np.int32)
-        write_first_boxes(geoms, boxes, np.concatenate([place, turn.as_quat()]), wide, tight)
-        for geom, (middle, *edges) in ((3, boxes[0]), (8, boxes[3])):
+        boxes, turn = rng.normal(size=(4, 5, 3)), Rotation.from_quat(rng.normal(size=4))
+        boxes[2, 1:] = [*(1e9 * np.eye(3)), np.zeros(3)]
+        boxes[:, 4] = np.abs(boxes[:, 4])
+        place, leaves = rng.normal(size=3), np.full(9, -1, np.int32)
+        leaves[5] = 2
+        bounds = np.full((9, 6), 7.0)
+        links = np.array([3, 5, 6, 8], np.int32)
+        write_first_boxes(links, boxes, np.concatenate([place, 3.0 * turn.as_quat()]), leaves, bounds)
+        for link, (middle, *edges, more) in ((3, boxes[0]), (8, boxes[3])):
             points = place + turn.apply(middle + corners @ np.array(edges))
-            np.testing.assert_allclose(
-                tight[geom], np.concatenate([points.min(axis=0), points.max(axis=0)]), atol=1e-12
-            )
-        assert not tight[6].any()
-        assert np.all(tight[[0, 1, 2, 4, 5, 7]] == 7.0)
+            around = np.concatenate([points.min(axis=0) - more, points.max(axis=0) + more])
+            np.testing.assert_allclose(bounds[link], around, atol=1e-12)
+        assert bounds[6, 0] > bounds[6, 3]
+        assert np.all(bounds[[0, 1, 2, 4, 5, 7]] == 7.0)
 
 
 def test_points_of_a_range_of_geoms_end() -> None:

@@ -151,7 +151,7 @@ def _apply_file_filters(client: Client, record: BodyRecord) -> None:
     filters = client.scene.filters
     for link, given in of_model(record.model, "filters", _file_filters):
         group = given.get("group", filters.group_of(record.number, link))
-        filters.set_group((record.number, link), group, given.get("mask", -1))
+        filters.set_group((record.number, link), group, given.get("mask", -1), is_first=True)
 
 
 def _file_filters(model: BodyModel) -> list[tuple[int, dict[str, int]]]:
@@ -283,7 +283,8 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
             record.is_mjcf = True
             ids.append(record.number)
             for name, (group, mask) in part.filters.items():
-                scene.filters.set_group((record.number, model.index_by_name[name]), group, mask)
+                place = record.number, model.index_by_name[name]
+                scene.filters.set_group(place, group, mask, is_first=True)
     except RoboyardError as problem:
         raise failure(_NO_MJCF, *str(problem).splitlines()) from problem
     return tuple(ids)

@@ -11,7 +11,8 @@ from roboyard.pybullet.face.arguments import text
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
-from roboyard.sim.stepping.kept_points import KeptPoints, MetPairs
+from roboyard.sim.stepping.impulses.records import HIDDEN
+from roboyard.sim.stepping.kept_points import KeptPoints, MetPairs, tree_of_boxes
 from roboyard.untrusted.arrays import ArraysError, read_arrays
 
 if TYPE_CHECKING:
@@ -23,8 +24,8 @@ _FORMAT = 1
 _MAX_BYTES = 256 << 20
 _CONTACTS = ("contact_owners", "contact_counts", "contact_points")
 """Names of the arrays of `KeptPoints`."""
-_PAIRS = ("pair_owners", "pair_ranks", "pair_checked", "pair_shapes", "pair_boxes")
-"""Names of the arrays of `MetPairs`."""
+_PAIRS = ("pair_links", "pair_states", "ranked_owners", "pair_checked", "updated_links", "link_boxes")
+"""Names of the arrays of `MetPairs`, with the boxes of its links instead of the tree."""
 
 
 @command()
@@ -106,12 +107,13 @@ def _arrays_of(contacts: KeptPoints, places: dict[int, int]) -> dict[str, np.nda
     place_of = np.full(most + 1, -1)  # the last is that of bodies that are not the scene's
     place_of[list(places)] = list(places.values())
     met = contacts.met
-    owners, pairs, shapes = contacts.owners.copy(), met.owners.copy(), met.shapes.copy()
-    for named in (owners, pairs, shapes):
-        named[..., 0] = place_of[np.minimum(named[..., 0], most)]
+    named = [array.copy() for array in (contacts.owners, met.pairs, met.ranked, met.links)]
+    for array in named:
+        array[..., 0] = place_of[np.minimum(array[..., 0], most)]
+    owners, pairs, ranked, links = named
+    order = pairs, met.states, ranked, np.array(met.checked), links, met.nodes[met.leaves, :6]
     names: tuple[str, ...] = (*_CONTACTS, *_PAIRS)
-    kept = owners, contacts.counts, contacts.points
-    return dict(zip(names, (*kept, pairs, met.ranks, np.array(met.checked), shapes, met.boxes), strict=True))
+    return dict(zip(names, (owners, contacts.counts, contacts.points, *order), strict=True))
 
 
 def _contacts_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> KeptPoints | None:
@@ -147,38 +149,45 @@ def _contacts_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> KeptPoints
 
 def _pairs_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> MetPairs | None:
     """Return the order of pairs in a file; None where it has none, or one that saveBullet does not write."""
-    owners, ranks, checked, shapes, boxes = (arrays.get(name) for name in _PAIRS)
-    if owners is None or ranks is None or checked is None or shapes is None or boxes is None:
+    if not all(name in arrays for name in _PAIRS):
         return None
-    found = (owners, ranks, checked, shapes, boxes)
+    found = [arrays[name] for name in _PAIRS]
+    pairs, states, ranked, checked, links, boxes = found
     wanted = (
-        ((ranks.size, 2, 3), np.int64),
-        ((ranks.size,), np.int32),
+        ((states.size, 2, 2), np.int64),
+        ((states.size,), np.int32),
+        ((len(ranked) if ranked.ndim else 0, 2, 3), np.int64),
         ((), np.int64),
-        ((len(boxes) if boxes.ndim else 0, 3), np.int64),
+        ((len(boxes) if boxes.ndim else 0, 2), np.int64),
         ((len(boxes) if boxes.ndim else 0, 6), np.float64),
     )
     if any(a.shape != shape or a.dtype != dtype for a, (shape, dtype) in zip(found, wanted, strict=True)):
         return None
-    if not np.isfinite(boxes).all():
+    if not np.isfinite(boxes).all() or len(np.unique(links, axis=0)) < len(links):
         return None
-    pairs, known = _are_named(owners, bodies).all(axis=1), _are_named(shapes, bodies)
+    kept = [_are_named(pairs, bodies).all(axis=1), _are_named(ranked, bodies).all(axis=1)]
+    known = _are_named(links, bodies)
+    leaves, nodes, ties, tree = tree_of_boxes(boxes[known])
     return MetPairs(
-        owners=_numbered(owners[pairs], bodies),
-        ranks=ranks[pairs],
+        pairs=_numbered(pairs[kept[0]], bodies),
+        states=np.clip(states[kept[0]], HIDDEN, 0),
+        ranked=_numbered(ranked[kept[1]], bodies),
         checked=int(checked),
-        shapes=_numbered(shapes[known], bodies),
-        boxes=boxes[known],
+        links=_numbered(links[known], bodies),
+        leaves=leaves,
+        nodes=nodes,
+        ties=ties,
+        tree=tree,
     )
 
 
 def _are_named(owners: np.ndarray, bodies: list[int]) -> np.ndarray:
-    """Return which of (..., 3) body, link and place in the link are of one of the bodies."""
+    """Return which of (..., k) body, link and more are of one of the bodies."""
     return (owners[..., 0] >= 0) & (owners[..., 0] < len(bodies))
 
 
 def _numbered(owners: np.ndarray, bodies: list[int]) -> np.ndarray:
-    """Return (..., 3) body, link and place in the link with the numbers of the World's bodies for places."""
+    """Return (..., k) body, link and more with the numbers of the World's bodies for places."""
     owners = owners.copy()
     owners[..., 0] = np.array(bodies, dtype=np.int64)[owners[..., 0]]
     return owners

@@ -31,6 +31,8 @@ _ENDLESS = ENDLESS * np.eye(3)
 _NO_HULL = np.zeros((0, 3))
 ENDLESS_BOX = np.concatenate([np.zeros((1, 3)), _ENDLESS])
 """(4, 3) box of a shape that is not known."""
+ENDLESS_COVER = np.concatenate([ENDLESS_BOX, np.zeros((1, 3))])
+"""(5, 3) box around a link whose shapes are not known."""
 
 
 def contact_reaches(model: Any, bodies: Iterable[tuple[np.ndarray, Sequence[float]]]) -> np.ndarray:
@@ -81,6 +83,8 @@ class PlacedShapes:
     """The geoms as places in arrays, a slice where one follows the other."""
     boxes: np.ndarray
     """(n, 4, 3) as in `ShapeBoxes`."""
+    covers: np.ndarray
+    """(k, 5, 3) boxes around the links; see `ShapeForms`."""
     rounding: np.ndarray
     """(n,) radius of the edges (m)."""
     hulls: tuple[np.ndarray, ...]
@@ -97,6 +101,7 @@ class PlacedShapes:
             geoms=geoms,
             rows=_places(geoms),
             boxes=self.boxes,
+            covers=self.covers,
             rounding=self.rounding,
             hulls=self.hulls,
             lengths=self.lengths,
@@ -106,7 +111,11 @@ class PlacedShapes:
 
 
 def place_shapes(
-    found: ShapeBoxes, links: Sequence[Sequence[int]], compound: np.ndarray, margins: Sequence[float]
+    found: ShapeBoxes,
+    links: Sequence[Sequence[int]],
+    compound: np.ndarray,
+    margins: Sequence[float],
+    covers: Sequence[Array],
 ) -> PlacedShapes:
     """Return the shapes of a body.
 
@@ -117,6 +126,7 @@ def place_shapes(
         links: geoms of each link.
         compound: (n,) as in `PlacedShapes`, for the geoms of all links.
         margins: of the shapes of each link (m), with which edges of boxes and cylinders are round.
+        covers: (5, 3) box around each link; see `cover_of`.
     """
     if tuple(map(len, links)) != found.counts:
         found = _without_unknown(found, links)
@@ -126,6 +136,7 @@ def place_shapes(
         geoms=geoms,
         rows=_places(geoms),
         boxes=found.boxes,
+        covers=np.reshape(covers, (-1, 5, 3)),
         rounding=np.where(widths < found.edges, widths, 0.0),
         hulls=found.hulls,
         lengths=np.array([len(hull) for hull in found.hulls], np.int32),
@@ -134,18 +145,37 @@ def place_shapes(
     )
 
 
-def first_boxes(
-    boxes: np.ndarray, counts: Sequence[int], links: Sequence[LinkModel], *, at_inertial: bool, is_mjcf: bool
-) -> Array:
-    """Return (n, 4, 3) boxes in the base's frame (m) in which Bullet adds shapes, joints at 0.
+def cover_of(bounds: LinkBounds, margin: float, frame: Pose) -> Array:
+    """Return the (5, 3) box around all shapes of a link, as `ShapeForms` has it.
 
     Args:
-        boxes: (n, 4, 3) as in `ShapeBoxes`.
-        counts: number of them of each link, the base first.
+        bounds: of the link.
+        margin: of its shape, or its compound (m).
+        frame: inertial frame in the link frame.
+    """
+    lower, upper = bounds.grown(margin)
+    if bounds.kind == "plane" or not np.all(np.abs([lower, upper]) < ENDLESS):
+        return ENDLESS_COVER
+    turn, cover = matrix_from_quaternion(frame.quaternion), np.zeros((5, 3))
+    cover[0] = np.asarray(frame.position) + turn @ (lower + upper) / 2
+    half = (upper - lower) / 2
+    if bounds.kind == "sphere":
+        cover[4] = half
+    else:
+        cover[1:4] = half[:, None] * turn.T
+    return cover
+
+
+def first_boxes(covers: np.ndarray, links: Sequence[LinkModel], *, at_inertial: bool, is_mjcf: bool) -> Array:
+    """Return (n, 5, 3) boxes in the base's frame (m) in which Bullet adds links, joints at 0.
+
+    Args:
+        covers: (n, 5, 3) as in `PlacedShapes`.
         links: as for `first_frames`, with the other options.
     """
-    frames = first_frames(links, at_inertial=at_inertial, is_mjcf=is_mjcf).repeat(counts, axis=0)
-    found: Array = np.einsum("nij,nkj->nki", frames[:, :3, :3], boxes)
+    frames = first_frames(links, at_inertial=at_inertial, is_mjcf=is_mjcf)
+    found = covers.copy()
+    found[:, :4] = np.einsum("nij,nkj->nki", frames[:, :3, :3], covers[:, :4])
     found[:, 0] += frames[:, :3, 3]
     return found
 
@@ -154,12 +184,13 @@ def first_frames(links: Sequence[LinkModel], *, at_inertial: bool, is_mjcf: bool
     """Return the (n, 4, 4) poses in the base's frame at which Bullet adds links to the world, joints at 0.
 
     It places the shapes of a link relative to its inertial frame, but adds them as if they were relative to
-    its link frame, until the first step.
+    its link frame, until the first step. Those of MJCF files are added with the base's link frame at its
+    inertial frame, and from the first joint that moves on without a rotation: its matrix is 0.
 
     Args:
         links: base, then links in order.
         at_inertial: whether shapes are where they are from the first step on.
-        is_mjcf: whether the places of joints that move do not count yet, as of MJCF files.
+        is_mjcf: whether they are of an MJCF file.
 
     Source:
         Bullet, URDF2Bullet.cpp, ConvertURDF2BulletInternal, and BulletMJCFImporter.cpp, parseBody.
@@ -167,17 +198,17 @@ def first_frames(links: Sequence[LinkModel], *, at_inertial: bool, is_mjcf: bool
     frames = np.empty((len(links), 4, 4))
     found = np.empty((len(links), 4, 4))
     for index, link in enumerate(links):
-        frames[index] = np.eye(4)
-        if link.joint is not None:
+        own = pose_matrix(link.frame.position, link.frame.quaternion)
+        if link.joint is None:
+            frames[index] = own if is_mjcf else np.eye(4)
+        else:
             origin = link.joint.origin
             frames[index] = frames[link.parent + 1]
             if link.joint.type == "fixed" or not is_mjcf:
                 frames[index] = frames[index] @ pose_matrix(origin.position, origin.quaternion)
-        found[index] = frames[index]
-        if not at_inertial:
-            found[index] = frames[index] @ inverse_pose(
-                pose_matrix(link.frame.position, link.frame.quaternion)
-            )
+            else:
+                frames[index, :3, :3] = 0.0
+        found[index] = frames[index] if at_inertial else frames[index] @ inverse_pose(own)
     return found
 
 
@@ -187,22 +218,35 @@ def _places(geoms: Sequence[int]) -> slice | np.ndarray:
     return np.array(geoms, np.intp)
 
 
-def shape_forms(geoms: int, bodies: Sequence[PlacedShapes]) -> ShapeForms:
-    """Return the shapes of all geoms, of which there are so many."""
+def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -> ShapeForms:
+    """Return the shapes of all geoms of an MjModel.
+
+    Args:
+        model: the MjModel.
+        bodies: the shapes of each, and the (k,) rows of its links among MuJoCo's bodies.
+    """
+    geoms = model.ngeom
     boxes, compound = np.empty((geoms, 4, 3)), np.zeros(geoms, np.uint8)
     boxes[:, 0], boxes[:, 1:] = 0.0, _ENDLESS
+    covers = np.empty((model.nbody, 5, 3))
+    covers[:] = ENDLESS_COVER
     rounding, spans = np.zeros(geoms), np.zeros((geoms, 2), np.int32)
     corners = _NO_HULL
     if bodies:
-        places = np.array([geom for body in bodies for geom in body.geoms], np.intp)
-        boxes[places] = np.concatenate([body.boxes for body in bodies])
-        rounding[places] = np.concatenate([body.rounding for body in bodies])
-        lengths = np.concatenate([body.lengths for body in bodies])
+        places = np.array([geom for body, _ in bodies for geom in body.geoms], np.intp)
+        boxes[places] = np.concatenate([body.boxes for body, _ in bodies])
+        covers[np.concatenate([rows for _, rows in bodies])] = np.concatenate([b.covers for b, _ in bodies])
+        rounding[places] = np.concatenate([body.rounding for body, _ in bodies])
+        lengths = np.concatenate([body.lengths for body, _ in bodies])
         spans[places, 1] = lengths
         spans[places, 0] = np.cumsum(lengths) - lengths
-        corners = np.concatenate([_NO_HULL, *(hull for body in bodies for hull in body.hulls if len(hull))])
-        compound[places] = np.concatenate([body.compound for body in bodies])
-    return ShapeForms(boxes=boxes, compound=compound, rounding=rounding, hulls=corners, spans=spans)
+        corners = np.concatenate(
+            [_NO_HULL, *(hull for body, _ in bodies for hull in body.hulls if len(hull))]
+        )
+        compound[places] = np.concatenate([body.compound for body, _ in bodies])
+    return ShapeForms(
+        boxes=boxes, covers=covers, compound=compound, rounding=rounding, hulls=corners, spans=spans
+    )
 
 
 def body_boxes(links: Iterable[Sequence[Collision]], *, implicit_cylinder: bool) -> ShapeBoxes:

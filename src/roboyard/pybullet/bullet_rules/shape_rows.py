@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.pybullet.bullet_rules.contact_reaches import ENDLESS_BOX, contact_reaches, shape_forms
+from roboyard.pybullet.bullet_rules.contact_reaches import (
+    ENDLESS_BOX,
+    ENDLESS_COVER,
+    contact_reaches,
+    shape_forms,
+)
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins, margins_of_rows, special_margins
 
 if TYPE_CHECKING:
@@ -78,7 +83,7 @@ class ShapeRows:
             numbers = (
                 geom_margins(model, cylinders, triangles),
                 contact_reaches(model, ((record.body.mujoco_ids, record.reaches()) for record in records)),
-                shape_forms(model.ngeom, [record.forms(model) for record in records]),
+                shape_forms(model, [(record.forms(model), record.body.mujoco_ids) for record in records]),
             )
             # with what the key has the ids of
             found = kept[key] = numbers, [record.model.shared for record in records]
@@ -102,6 +107,7 @@ class ShapeRows:
             rows = form.rows
             margins[rows], reaches[rows] = margins_of_rows(model, form.geoms, has_cylinders=False), np.inf
             shapes.boxes[rows] = ENDLESS_BOX
+            shapes.covers[placed[key].body.mujoco_ids] = ENDLESS_COVER
             shapes.rounding[rows] = shapes.compound[rows] = shapes.spans[rows] = 0
             del placed[key]
         for key, form in zip(come, forms[1], strict=True):
@@ -109,8 +115,8 @@ class ShapeRows:
             has_cylinders = record.of_model("margins", special_margins)[1]
             margins[rows] = margins_of_rows(model, form.geoms, has_cylinders=has_cylinders)
             reaches[rows] = _of_geoms(record.reaches(), record.body.geom_rows)
-            shapes.boxes[rows], shapes.rounding[rows] = form.boxes, form.rounding
-            shapes.compound[rows] = form.compound
+            shapes.boxes[rows], shapes.covers[record.body.mujoco_ids] = form.boxes, form.covers
+            shapes.rounding[rows], shapes.compound[rows] = form.rounding, form.compound
             shapes.spans[rows] = len(shapes.hulls), 0
             placed[key] = record
         return True

@@ -319,24 +319,23 @@ class BodyRecord:
         return self._forms[2]
 
     def first_boxes(self, model: Any) -> tuple[Array, Array] | None:
-        """Return boxes (n, 4, 3) of the shapes of `forms` in the base's frame (m), and the first pose (7,).
+        """Return boxes (n, 5, 3) around the links in the base's frame (m), and the first pose (7,).
 
-        The boxes are those in which Bullet adds the shapes. None where the pose is not known.
+        The boxes are those in which Bullet adds the links. None where the pose is not known.
         """
         if self.first_pose is None:
             return None
-        counts = tuple(map(len, self.body.geom_rows))
-        key = counts, self.kind, self.is_mjcf
+        key = self.kind, self.is_mjcf, tuple(self._changed_margins())
         known: dict[Any, Array] = of_model(self.model, "first boxes", _nothing)
         if key not in known:
             from roboyard.pybullet.bullet_rules.contact_reaches import first_boxes
 
             options = {"at_inertial": self.kind != MULTIBODY, "is_mjcf": self.is_mjcf}
-            known[key] = first_boxes(self.forms(model).boxes, counts, self.model.links, **options)
+            known[key] = first_boxes(self.forms(model).covers, self.model.links, **options)
         return known[key], np.array(self.first_pose)
 
     def _place_shapes(self, rows: Sequence[Sequence[int]]) -> PlacedShapes:
-        from roboyard.pybullet.bullet_rules.contact_reaches import place_shapes
+        from roboyard.pybullet.bullet_rules.contact_reaches import cover_of, place_shapes
 
         bounds = [self.bounds(link - 1) for link in range(len(self.links))]
         widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
@@ -345,7 +344,11 @@ class BodyRecord:
             for link, own, (box, _) in zip(self.model.links, self.kinds(rows), bounds, strict=True)
             for kind in own
         ]
-        return place_shapes(self.shape_boxes, rows, np.array(compound, np.uint8), widths)
+        covers = [
+            cover_of(box, margin, link.frame)
+            for (box, margin), link in zip(bounds, self.model.links, strict=True)
+        ]
+        return place_shapes(self.shape_boxes, rows, np.array(compound, np.uint8), widths, covers)
 
     def contact_kind(self, link: int) -> int:
         """Return the kind of a link, that of its shapes which comes first; see `kinds_of`."""

@@ -60,9 +60,10 @@ class PairFilters:
         """Return whether the groups of all links share a bit with a mask."""
         return mask == -1 and not self.groups
 
-    def set_group(self, place: Place, group: int, mask: int) -> None:
-        """Set the filter group and mask of a link."""
-        self.refresh(*place)
+    def set_group(self, place: Place, group: int, mask: int, *, is_first: bool = False) -> None:
+        """Set the filter group and mask of a link. is_first: whether it is made with them."""
+        if not is_first:
+            self.refresh(*place)
         given = group, mask
         if self.groups.get(place) == given:
             return

@@ -436,7 +436,7 @@ class PhysicsScene:
         return self._shape_numbers()[2]
 
     def first_boxes(self, body: int) -> tuple[Any, Any] | None:
-        """Return boxes (n, 4, 3) around a body's shapes, by its id in the World, and its first pose (7,).
+        """Return boxes (n, 5, 3) around a body's links, by its id in the World, and its first pose (7,).
 
         The boxes are in the base's frame (m). None where the pose is not known.
         """

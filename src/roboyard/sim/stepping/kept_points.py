@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from roboyard._mujoco import mujoco
-from roboyard._records import dataclass
+from roboyard._records import NamedTuple, dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.broad_phase.box_tree import NODE, TIES, TOP, TREE, WAY, new_node, put_in
 from roboyard.sim.stepping.face_corners import SCRATCH
-from roboyard.sim.stepping.impulses.records import NOTES, SHAPES, WORK, Points
+from roboyard.sim.stepping.impulses.records import LINKS, NOTES, SHAPES, WORK, Points
 from roboyard.sim.stepping.narrow_phase.field_kernels import WORK as SEARCHED
 from roboyard.transforms import Array
 
@@ -21,16 +22,68 @@ from roboyard.transforms import Array
 class MetPairs:
     """The pairs whose boxes meet after a step, in their order; see `meet`."""
 
-    owners: np.ndarray
-    """(n, 2, 3) body, link and place in the link of the pairs' shapes."""
-    ranks: np.ndarray
-    """(n,) int32 ranks in the order of solution, -1 for none."""
+    pairs: np.ndarray
+    """(n, 2, 2) bodies and links of the pairs."""
+    states: np.ndarray
+    """(n,) int32, the third row of `Points.pairs`."""
+    ranked: np.ndarray
+    """(k, 2, 3) bodies, links and places in the links of the shapes at each rank."""
     checked: int
-    """Which of them is checked next for whether it ended."""
-    shapes: np.ndarray
-    """(m, 3) body, link and place in the link of all shapes."""
-    boxes: Array
-    """(m, 6) boxes that the shapes are in (m)."""
+    """Which of the pairs is checked next for whether it ended."""
+    links: np.ndarray
+    """(m, 2) bodies and links in the order in which they are updated."""
+    leaves: np.ndarray
+    """(m,) int32 their nodes in the tree of boxes."""
+    nodes: Array
+    ties: np.ndarray
+    tree: np.ndarray
+    """The tree; see `box_tree`."""
+
+    def ended(self, there: set[tuple[int, ...]]) -> tuple[list[tuple[int, ...]], LeftPairs]:
+        """Return the links that are gone, and what is left as if these had been removed in turn.
+
+        Args:
+            there: bodies and links that are there.
+        """
+        links = [tuple(link) for link in self.links.tolist()]
+        pairs = [
+            (tuple(one), tuple(two), state)
+            for (one, two), state in zip(self.pairs.tolist(), self.states.tolist(), strict=True)
+        ]
+        ranked = [(tuple(one), tuple(two)) for one, two in self.ranked.tolist()]
+        gone = sorted(set(links) - there)
+        for link in gone:
+            place = 0
+            while place < len(pairs):
+                if link in pairs[place][:2]:
+                    _end_ranks(ranked, *pairs[place][:2])
+                    _take_out(pairs, place)
+                else:
+                    place += 1
+            _take_out(links, links.index(link))
+        return gone, LeftPairs(links, pairs, ranked)
+
+
+@dataclass(frozen=True, slots=True)
+class LeftPairs:
+    """Links in the order of updates, pairs with their states, and pairs of shapes by rank."""
+
+    links: list[tuple[int, ...]]
+    pairs: list[tuple[tuple[int, ...], tuple[int, ...], int]]
+    ranked: list[tuple[tuple[int, ...], tuple[int, ...]]]
+
+
+def _end_ranks(ranked: list[tuple[tuple[int, ...], tuple[int, ...]]], *links: tuple[int, ...]) -> None:
+    """End the ranks of the shapes of two links, in the order of their places."""
+    for pair in sorted(pair for pair in ranked if {pair[0][:2], pair[1][:2]} == set(links)):
+        _take_out(ranked, ranked.index(pair))
+
+
+def _take_out(items: list[Any], place: int) -> None:
+    """Let the last item take the place of one that ends."""
+    last = items.pop()
+    if place < len(items):
+        items[place] = last
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +99,20 @@ class KeptPoints:
     met: MetPairs
 
 
+class CreationOrder(NamedTuple):
+    """Shapes and links in the order in which bodies were made; the arrays of that name of `Points`."""
+
+    turns: np.ndarray
+    links: np.ndarray
+    firsts: np.ndarray
+    sizes: np.ndarray
+    tree_places: np.ndarray
+
+    def copy(self) -> CreationOrder:
+        """Return the same order in other arrays."""
+        return CreationOrder(*(array.copy() for array in self))
+
+
 def without(kept: KeptPoints, body: int, link: int | None) -> KeptPoints:
     """Return kept points but for those of a link, or of all links of a body (by id)."""
     ended = kept.owners[:, :, 0] == body
@@ -58,21 +125,27 @@ def without(kept: KeptPoints, body: int, link: int | None) -> KeptPoints:
 @cache
 def no_points() -> Points:
     """Return room for no points, which nothing is written into."""
-    return make_points(np.zeros(0, np.int32), np.zeros(0, np.int32), 0, 0)
+    return make_points(CreationOrder(*(np.zeros(0, np.int32) for _ in range(5))), 0, 0)
 
 
-def make_points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting: int) -> Points:
+def make_points(order: CreationOrder, pairs: int, meeting: int, nodes: int = 0) -> Points:
     """Return room for the points of so many pairs, and for so many pairs whose boxes meet.
 
     Args:
-        turns: (ngeom,) as of `Points`.
-        tree_places: (ntree,) as of `Points`.
+        order: of shapes and links, whose arrays become those of the points.
         pairs: number of pairs with points.
         meeting: number of pairs whose boxes meet.
+        nodes: how many numbers a tree of boxes has given that is to be copied.
     """
-    geoms, shapes, notes = len(turns), np.count_nonzero(turns >= 0), np.zeros(NOTES, np.int64)
-    new, ages = np.zeros((geoms, 6)), np.zeros(geoms, np.int32)
-    new[:, 0], ages[turns[:shapes]], notes[SHAPES] = 1.0, np.arange(shapes), shapes
+    turns, bodies, notes = order.turns, len(order.links), np.zeros(NOTES, np.int64)
+    geoms, shapes, ages = len(turns), np.count_nonzero(turns >= 0), np.zeros(len(turns), np.int32)
+    ages[turns[:shapes]] = np.arange(shapes)
+    notes[[SHAPES, LINKS]] = shapes, np.count_nonzero(order.links >= 0)
+    room, table = max(2 * bodies, nodes) + 2, 1 << (2 * meeting).bit_length()
+    tree = np.full(TREE, -1, np.int64)
+    tree[[TOP, WAY]] = 0
+    bounds = np.zeros((bodies, 6))
+    bounds[:, 0] = 1.0
     return Points(
         kinds=_kinds_that_keep(),
         keys=np.zeros((2, pairs), np.int64),
@@ -84,20 +157,50 @@ def make_points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting:
         slots=np.full(5 * pairs, -1, np.int32),
         turns=turns,
         ages=ages,
-        tree_places=tree_places,
+        tree_places=order.tree_places,
+        links=order.links,
+        firsts=order.firsts,
+        sizes=order.sizes,
         tight=np.zeros((geoms, 6)),
-        wide=new,
-        seats=np.full((geoms, 3), np.inf),
+        bounds=bounds,
+        seats=np.full((bodies, 9), np.inf),
+        leaves=np.full(bodies, -1, np.int32),
+        nodes=np.zeros((room, NODE)),
+        ties=np.zeros((room, TIES), np.int32),
+        tree=tree,
+        stack=np.zeros(bodies + 2, np.int32),
         pairs=np.zeros((3, meeting), np.int32),
-        ranked=np.zeros(meeting, np.int32),
-        table=np.full(1 << (2 * meeting).bit_length(), -1, np.int32),
+        ranked=np.zeros((2, meeting), np.int32),
+        table=np.full(table, -1, np.int32),
+        rank_table=np.full(table, -1, np.int32),
         work=np.zeros((WORK, meeting), np.int32),
         following=np.zeros(5 * pairs, np.int32),
         sequence=np.zeros(5 * pairs, np.int32),
         listing=np.zeros(5 * pairs, np.int32),
-        refreshed=np.zeros((0, 2), np.int32),
+        refreshed=np.zeros(0, np.int32),
         notes=notes,
     )
+
+
+def tree_of_boxes(boxes: Array) -> tuple[np.ndarray, Array, np.ndarray, np.ndarray]:
+    """Return the tree of boxes to which these were added in turn, and nothing else was done.
+
+    Args:
+        boxes: (n, 6) least and largest coordinates (m).
+
+    Returns:
+        (n,) leaves, and the arrays `nodes`, `ties` and `tree` of `box_tree`.
+    """
+    count = len(boxes)
+    nodes, ties = np.zeros((2 * count + 2, NODE)), np.full((2 * count + 2, TIES), -1, np.int32)
+    tree = np.full(TREE, -1, np.int64)
+    tree[[TOP, WAY]] = 0
+    leaves = np.zeros(count, np.int32)
+    for place, box in enumerate(boxes):
+        leaf = leaves[place] = new_node(ties, tree)
+        nodes[leaf] = [*box, *(box[:3] + box[3:])]
+        put_in(nodes, ties, tree, leaf)
+    return leaves, nodes, ties, tree
 
 
 def owners_of_geoms(world: Engine[Body], count: int) -> np.ndarray:
@@ -112,20 +215,38 @@ def owners_of_geoms(world: Engine[Body], count: int) -> np.ndarray:
     return owners
 
 
-def creation_order(owners: np.ndarray, model: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return bodies' geoms in the order in which these were made, and (ntree,) each tree's place in it.
+def owners_of_links(world: Engine[Body], count: int) -> np.ndarray:
+    """Return (nbody, 2) body, as a number from 0 on, and link of MuJoCo's bodies; -1 for none."""
+    owners = np.full((count, 2), -1)
+    for number, body in enumerate(world.body_by_id.values()):
+        owners[body.mujoco_ids, 0] = number
+        owners[body.mujoco_ids, 1] = np.arange(len(body.mujoco_ids))
+    return owners
 
-    Of the (ngeom,) first numbers the last are -1 where geoms have no body.
-    """
+
+def creation_order(world: Engine[Body], owners: np.ndarray, model: Any) -> CreationOrder:
+    """Return the order of the bodies' shapes and links. owners: as of `owners_of_geoms`."""
     turns = np.lexsort((owners[:, 2], owners[:, 1], owners[:, 0])).astype(np.int32)
     loose = np.count_nonzero(owners[:, 0] < 0)
     turns = turns[loose:].copy()
-    trees = model.body_treeid[model.geom_bodyid[turns]]
-    first = np.full(model.ntree, len(turns))
+    own = [body.mujoco_ids for body in world.body_by_id.values()]
+    links = np.concatenate([np.zeros(0, np.int32), *own]).astype(np.int32)
+    of_geom = model.geom_bodyid[turns]
+    sizes = np.bincount(of_geom, minlength=model.nbody).astype(np.int32)
+    firsts = np.zeros(model.nbody, np.int32)
+    firsts[of_geom[::-1]] = np.arange(len(turns))[::-1]
+    trees = model.body_treeid[links]
+    first = np.full(model.ntree, len(links))
     np.minimum.at(first, trees[trees >= 0], np.flatnonzero(trees >= 0))
     places = np.empty(model.ntree, np.int32)
     places[np.argsort(first, kind="stable")] = np.arange(model.ntree)
-    return np.concatenate([turns, np.full(loose, -1, np.int32)]), places
+    return CreationOrder(
+        turns=np.concatenate([turns, np.full(loose, -1, np.int32)]),
+        links=np.concatenate([links, np.full(model.nbody - len(links), -1, np.int32)]),
+        firsts=firsts,
+        sizes=sizes,
+        tree_places=places,
+    )
 
 
 @cache

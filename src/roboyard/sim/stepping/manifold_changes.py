@@ -1,10 +1,12 @@
 """Loops that change what is kept of pairs of shapes between steps.
 
-Those are the boxes in which new shapes were made, for the order of the pairs that they meet first, and the
+Those are the boxes in which new links were made, for the order of the pairs that they meet first, and the
 points of shapes whose filters changed.
 """
 
 from __future__ import annotations
+
+import numpy as np
 
 from roboyard.native import compiled
 
@@ -12,18 +14,20 @@ UNKNOWN = 1e8
 """Half size (m) from which on a box is not known."""
 
 
-@compiled("i4[::1] f8[:,:,::1] f8[::1] f8[:,::1] f8[:,::1]")
-def write_first_boxes(geoms, boxes, pose, wide, tight):  # pragma: no cover
-    """Write boxes parallel to the world's axes around the new shapes of a body where it was made.
+@compiled("i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1]")
+def write_first_boxes(links, boxes, pose, leaves, bounds):  # pragma: no cover
+    """Write boxes parallel to the world's axes around the new links of a body where it was made.
 
-    geoms: (n,) of the body. boxes: (n, 4, 3) middle and three half axes of the box around each in the base's
-    frame (m). pose: (7,) place (m) and quaternion (x, y, z, w) of the base. wide: (ngeom, 6) the wrong way
-    round for new geoms. tight: (ngeom, 6) least and largest coordinates (m), written where they are known.
+    links: (n,) of the body, as MuJoCo's bodies. boxes: (n, 5, 3) as of `ShapeForms.covers`, but in the base's
+    frame (m). pose: (7,) place (m) and quaternion (x, y, z, w), of any length, of the base. leaves: (nbody,)
+    below 0 for new links. bounds: (nbody, 6) least and largest coordinates (m), written where they are known.
     """
     x, y, z, w = pose[3], pose[4], pose[5], pose[6]
-    for k in range(geoms.shape[0]):
-        geom = geoms[k]
-        if wide[geom, 0] <= wide[geom, 3]:
+    size = np.sqrt(x * x + y * y + z * z + w * w)
+    x, y, z, w = x / size, y / size, z / size, w / size
+    for k in range(links.shape[0]):
+        link = links[k]
+        if leaves[link] >= 0:
             continue
         box, known = boxes[k], True
         for axis in range(3):
@@ -33,14 +37,13 @@ def write_first_boxes(geoms, boxes, pose, wide, tight):  # pragma: no cover
                 a, b, c = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
             else:
                 a, b, c = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
-            middle, half = pose[axis] + a * box[0, 0] + b * box[0, 1] + c * box[0, 2], 0.0
+            middle, half = pose[axis] + a * box[0, 0] + b * box[0, 1] + c * box[0, 2], box[4, axis]
             for edge in range(1, 4):
                 half += abs(a * box[edge, 0] + b * box[edge, 1] + c * box[edge, 2])
-            tight[geom, axis], tight[geom, 3 + axis] = middle - half, middle + half
+            bounds[link, axis], bounds[link, 3 + axis] = middle - half, middle + half
             known &= half < UNKNOWN
         if not known:
-            for axis in range(6):
-                tight[geom, axis] = 0.0
+            bounds[link, 0], bounds[link, 3] = 1.0, 0.0
 
 
 @compiled("i8[:,::1] i4[:,::1] f8[:,:,:,::1] i4[::1] i8 i8 i8 i8 -> i8")

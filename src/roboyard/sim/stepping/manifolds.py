@@ -24,22 +24,24 @@ from roboyard.sim.stepping.impulses.records import (
     EXTRA,
     FULL,
     HELD,
+    LINKS,
     LISTED,
     PAIRS,
     RANKED,
     REFRESHED,
     RENUMBERED,
-    SHAPES,
     SORTED,
     TABLE,
 )  # fmt: skip
 from roboyard.sim.stepping.kept_points import (
+    CreationOrder,
     KeptPoints,
     MetPairs,
     creation_order,
     make_points,
     no_points,
     owners_of_geoms,
+    owners_of_links,
     without,
 )
 from roboyard.sim.stepping.narrow_phase.fields import Fields
@@ -52,7 +54,7 @@ from roboyard.transforms import Array
 kernels = lazy_module("roboyard.sim.stepping.manifold_kernels")
 edge_kernels = lazy_module("roboyard.sim.stepping.narrow_phase.edge_kernels")
 changes = lazy_module("roboyard.sim.stepping.manifold_changes")
-meeting_pairs = lazy_module("roboyard.sim.stepping.impulses.meeting_pairs")
+renumbering = lazy_module("roboyard.sim.stepping.broad_phase.renumbering")
 face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
@@ -66,7 +68,7 @@ _BLANK = mujoco.MjContact()
 
 
 FirstBoxes = Callable[[int], "tuple[Array, Array] | None"]
-"""Returns the (n, 4, 3) boxes around the shapes of a body, by its id, in the base's frame, and the (7,) pose
+"""Returns the (n, 5, 3) boxes around the links of a body, by its id, in the base's frame, and the (7,) pose
 of the base when the body was made, as for `write_first_boxes`; None where these are not known."""
 
 
@@ -93,7 +95,7 @@ class Manifolds:
         """Looks up the boxes in which the shapes of bodies were made; without it, these are where the shapes
         are at the first step."""
         self._new = dict[int, np.ndarray]()
-        """Geoms of bodies, by id, that may not have been in a step."""
+        """Links of bodies, by id, that may not have been in a step, as MuJoCo's bodies."""
 
     @property
     def keeps(self) -> bool:
@@ -136,30 +138,33 @@ class Manifolds:
             return
         self._ended.add((body, link))
         table, count = points.notes.item(TABLE), points.notes.item(PAIRS)
-        first, stop = self._ranges[(body, link)]
-        if count and first < stop:
+        if not count:
+            return
+        found = self._ranges.get((body, link))
+        if found is None:
+            found = self._ranges[(body, link)] = self._range_of(body, link)
+        first, stop = found
+        if first < stop:
             kept = points.keys, points.counts, points.points, points.ages
             points.notes[PAIRS] = changes().end_points(*kept, table, count, first, stop)
 
     def _add_refreshed(self, entry: tuple[int, int | None]) -> None:
-        """Write the range of geoms of one more link, or body, whose filters changed."""
-        found = self._ranges.get(entry)
-        if found is None:
-            found = self._ranges[entry] = self._range_of(*entry)
-        if found[0] == found[1]:
-            return
-        points = self.points
+        """Write one more link, or all of a body, whose filters changed."""
+        added, points = self._links_of(*entry), self.points
         count, room = points.notes.item(REFRESHED), points.refreshed
-        if count == len(room):
-            if count < _REFRESHES:
-                grown = np.zeros((max(2 * count, 16), 2), np.int32)
-                grown[:count] = room
-                self.points, room = points._replace(refreshed=grown), grown
-            else:
-                count //= 2
-                room[:count] = room[-count:]
-        room[count] = found
-        points.notes[REFRESHED] = count + 1
+        if count + len(added) > len(room):
+            room = np.zeros(max(2 * (count + len(added)), 16), np.int32)
+            room[:count] = points.refreshed[:count]
+            self.points = points._replace(refreshed=room)
+        room[count : count + len(added)] = added
+        points.notes[REFRESHED] = count + len(added)
+        if len(room) > _REFRESHES:
+            self._write_refreshed()
+
+    def _links_of(self, body: int, link: int | None) -> np.ndarray:
+        """Return one or all links of a body as MuJoCo's bodies."""
+        links = self._world.body_by_id[body].mujoco_ids
+        return links if link is None else links[link : link + 1]
 
     def _range_of(self, body: int, link: int | None) -> tuple[int, int]:
         """Return the first and the last place, plus 1, of a link's geoms in the order of creation."""
@@ -167,22 +172,13 @@ class Manifolds:
         geoms = [row for of_link in rows for row in of_link] if link is None else rows[link]
         return (ages.item(geoms[0]), ages.item(geoms[-1]) + 1) if geoms else (0, 0)
 
-    def _write_refreshed(self, bound: _Bound) -> None:
-        """Write the ranges of geoms whose filters changed, for the next step."""
-        owners, turns = bound.owners, self.points.turns[: self.points.notes[SHAPES]]
-        ranges = list[tuple[int, int]]()
-        for body, link in self._refreshed:
-            among = owners[turns, 0] == body
-            if link is not None:
-                among &= owners[turns, 1] == link
-            places = np.flatnonzero(among)
-            if len(places):
-                ranges.append((int(places[0]), int(places[-1]) + 1))
-        if len(ranges) > len(self.points.refreshed):
-            room = np.zeros((2 * len(ranges), 2), np.int32)
-            self.points = self.points._replace(refreshed=room)
-        self.points.refreshed[: len(ranges)] = np.reshape(np.array(ranges, np.int32), (-1, 2))
-        self.points.notes[REFRESHED] = len(ranges)
+    def _write_refreshed(self) -> None:
+        """Write the links whose filters changed, for the next step; of very many the last ones."""
+        there = self._world.body_by_id
+        links = [self._links_of(*entry) for entry in self._refreshed if entry[0] in there]
+        found = np.concatenate([_NO_GEOMS, *links]).astype(np.int32)[-_REFRESHES:]
+        self.points = self.points._replace(refreshed=found)
+        self.points.notes[REFRESHED] = len(found)
 
     def change(self, body: Body, *, is_there: bool) -> None:
         """Note that rows of MuJoCo's arrays, which stay, became a body's or are no longer one's.
@@ -202,17 +198,18 @@ class Manifolds:
             for place, geom in enumerate(rows):
                 owners[geom] = (body.id, link, place) if is_there else -1
             geoms += rows
-        rows = np.array(geoms, np.int32)
-        meeting_pairs().renumber(
-            self.points, bound.trees, *((_NO_GEOMS, rows) if is_there else (rows, _NO_GEOMS))
-        )
+        links, rows = body.mujoco_ids.astype(np.int32), np.array(geoms, np.int32)
+        changed = (_NO_GEOMS, rows, _NO_GEOMS, links) if is_there else (rows, _NO_GEOMS, links, _NO_GEOMS)
+        renumbering().renumber(self.points, bound.body_trees, bound.geoms[1], *changed)
+        bound.link_owners[links, 0] = body.id if is_there else -1
+        bound.link_owners[links, 1] = np.arange(len(links))
         self._ranges.clear()
         if is_there:
-            self._new[body.id] = rows
+            self._new[body.id] = links
         else:
             self._new.pop(body.id, None)
         if self.points.notes[REFRESHED]:
-            self._write_refreshed(bound)
+            self._write_refreshed()
 
     def save(self) -> KeptPoints | None:
         """Return a copy of all points; None where there are none."""
@@ -220,8 +217,10 @@ class Manifolds:
         if bound is None:
             return self._kept
         now = self.points
-        count, table, listed = now.notes[[PAIRS, TABLE, LISTED]].tolist()
-        if not count and not listed:
+        count, table, listed, ranked, links = now.notes[[PAIRS, TABLE, LISTED, RANKED, LINKS]].tolist()
+        order = now.links[:links]
+        order = order[now.leaves[order] >= 0]
+        if not len(order):
             return None
         keys = now.keys[table, :count]
         pairs = np.stack([keys // len(bound.owners), keys % len(bound.owners)], axis=1)
@@ -230,11 +229,15 @@ class Manifolds:
             counts=now.counts[table, :count].copy(),
             points=now.points[table, :count].copy(),
             met=MetPairs(
-                owners=bound.owners[now.pairs[:2, :listed].T],
-                ranks=now.pairs[2, :listed].copy(),
+                pairs=bound.link_owners[now.pairs[:2, :listed].T],
+                states=now.pairs[2, :listed].copy(),
+                ranked=bound.owners[now.ranked[:, :ranked].T],
                 checked=int(now.notes[CHECKED]),
-                shapes=bound.owners[bound.owners[:, 0] >= 0],
-                boxes=now.wide[bound.owners[:, 0] >= 0],
+                links=bound.link_owners[order],
+                leaves=now.leaves[order],
+                nodes=now.nodes.copy(),
+                ties=now.ties.copy(),
+                tree=now.tree.copy(),
             ),
         )
 
@@ -255,13 +258,13 @@ class Manifolds:
         return self._bound is not None and not self._new
 
     def _write_first_boxes(self) -> None:
-        """Write the boxes in which new shapes were made, for the next step."""
+        """Write the boxes in which new links were made, for the next step."""
         first_boxes, points = self.first_boxes, self.points
         if first_boxes is not None:
-            for body, geoms in self._new.items():
+            for body, links in self._new.items():
                 found = first_boxes(body)
                 if found is not None:
-                    changes().write_first_boxes(geoms, *found, points.wide, points.tight)
+                    changes().write_first_boxes(links, *found, points.leaves, points.bounds)
         self._new.clear()
 
     def move(
@@ -361,21 +364,19 @@ class Manifolds:
         is_full = bool(points.notes[FULL])
         if room >= contacts and not is_full:
             return
-        grown = make_points(
-            points.turns,
-            points.tree_places,
-            max(2 * contacts, room),
-            2 * meeting if is_full else meeting,
-        )
+        order = CreationOrder(*(getattr(points, name) for name in CreationOrder._fields))
+        grown = make_points(order, max(2 * contacts, room), 2 * meeting if is_full else meeting)
         for old, new in (
             (points.keys, grown.keys),
             (points.counts, grown.counts),
             (points.points, grown.points),
             (points.pairs, grown.pairs),
+            (points.ranked, grown.ranked),
         ):
             new[:, : old.shape[1]] = old
-        grown.ranked[:meeting], grown.slots[: len(points.slots)] = points.ranked, points.slots
-        grown.tight[:], grown.wide[:], grown.seats[:] = points.tight, points.wide, points.seats
+        grown.slots[: len(points.slots)] = points.slots
+        kept = ("tight", "bounds", "seats", "leaves", "nodes", "ties", "tree", "stack")
+        grown = grown._replace(**{name: getattr(points, name) for name in kept})
         if len(points.refreshed):
             grown = grown._replace(refreshed=points.refreshed)
         grown.notes[:] = points.notes
@@ -392,57 +393,60 @@ class Manifolds:
                 face_contacts().install(model, data)
         else:
             model.opt.disableflags &= ~_MULTIPLE
-        owners, turns, places = self._orders_of(model)
+        owners, link_owners, order = self._orders_of(model)
         self._bound = _Bound(
             keeps=keeps,
             geoms=(model.geom_type, model.geom_bodyid),
             frames=(data.xpos, data.xmat),
             fields=kept_fields(world),
             owners=owners,
-            trees=model.body_treeid[model.geom_bodyid].astype(np.int32),
+            link_owners=link_owners,
+            body_trees=model.body_treeid,
             seen=2 * world.profile.contact_margin,
         )
         kept, self._kept = self._kept, None
         self._new = {}
-        old = self.points
-        met = 0 if kept is None else len(kept.met.ranks)
-        every = len(turns) * (len(turns) - 1) // 2  # of all geoms, those that have no body yet, too
-        meeting = min(every, max(16 * len(turns), 4096))
-        room = old.keys.shape[1], max(meeting, old.pairs.shape[1], met, 16)
-        self.points = make_points(turns.copy(), places.copy(), *room)
+        old, links = self.points, int(np.count_nonzero(order.links >= 0))
+        met = (0, 0, 0) if kept is None else (*map(len, (kept.met.states, kept.met.ranked, kept.met.nodes)),)
+        every = len(order.links) * (len(order.links) - 1) // 2  # of all links, those of no body yet, too
+        meeting = min(every, max(16 * links, 4096))
+        room = old.keys.shape[1], max(meeting, old.pairs.shape[1], *met[:2], 16)
+        self.points = make_points(order.copy(), *room, met[2])
         if kept is not None:
             self._take(kept, self._bound)
         if keeps:
-            self._note_new(owners)
+            self._note_new(link_owners)
         if self._refreshed:
-            self._write_refreshed(self._bound)
+            self._write_refreshed()
 
     def _note_new(self, owners: np.ndarray) -> None:
-        """Note the bodies some of whose geoms have no boxes yet."""
-        wide, bodies = self.points.wide, self._world.body_by_id
-        found = set(owners[wide[:, 0] > wide[:, 3], 0].tolist()) - {-1}
-        self._new = {
-            key: np.array([row for rows in bodies[key].geom_rows for row in rows], np.int32)
-            for key in sorted(found)
-        }
+        """Note the bodies some of whose links have no boxes yet."""
+        bodies = self._world.body_by_id
+        found = set(owners[self.points.leaves < 0, 0].tolist()) - {-1}
+        self._new = {key: bodies[key].mujoco_ids.astype(np.int32) for key in sorted(found)}
 
-    def _orders_of(self, model: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return owners and orders of geoms, kept for the last few sets of bodies, which may come again."""
+    def _orders_of(self, model: Any) -> tuple[np.ndarray, np.ndarray, CreationOrder]:
+        """Return owners of geoms and links and their order, kept for the last few sets of bodies."""
         world = self._world
         kept = world.of_arrays.setdefault(_OWNERS, {})
         bodies = tuple(body.mujoco_ids.tobytes() for body in world.body_by_id.values())
         found = kept.get(bodies)
         if found is None:
             places = owners_of_geoms(world, model.ngeom)
-            turns, tree_places = creation_order(places, model)
-            found = kept[bodies] = places, turns, tree_places
+            found = kept[bodies] = (
+                places,
+                owners_of_links(world, model.nbody),
+                creation_order(world, places, model),
+            )
             while len(kept) > _SETS:
                 del kept[next(iter(kept))]
-        owners: np.ndarray = found[0].copy()
+        owners, link_owners = found[0].copy(), found[1].copy()
         if bodies:
-            has_owner = owners[:, 0] >= 0
-            owners[has_owner, 0] = np.array(list(world.body_by_id))[owners[has_owner, 0]]
-        return owners, found[1], found[2]
+            numbers = np.array(list(world.body_by_id))
+            for named in owners, link_owners:
+                has_owner = named[:, 0] >= 0
+                named[has_owner, 0] = numbers[named[has_owner, 0]]
+        return owners, link_owners, found[2]
 
     def _take(self, kept: KeptPoints, bound: _Bound) -> None:
         """Write points under the present numbers of their geoms; those of bodies that are gone end."""
@@ -457,26 +461,28 @@ class Manifolds:
             points.keys[0, at] = a * len(bound.owners) + b
             points.counts[0, at], points.points[0, at] = kept.counts[row], kept.points[row]
             points.notes[PAIRS] += 1
-        self._take_order(kept.met, number)
+        self._take_order(kept.met, number, bound)
 
-    def _take_order(self, met: MetPairs, number: dict[tuple[int, ...], int]) -> None:
-        """Write the order of pairs, under the numbers of their geoms by body, link and place in the link."""
+    def _take_order(self, met: MetPairs, number: dict[tuple[int, ...], int], bound: _Bound) -> None:
+        """Write the order of pairs and the tree of boxes, under the numbers of their links and geoms."""
         points = self.points
-        for owner, box in zip(met.shapes.tolist(), met.boxes, strict=True):
-            geom = number.get(tuple(owner))
-            if geom is not None:
-                points.wide[geom] = box
-        left = [
-            (*sorted((number[tuple(one)], number[tuple(two)])), rank)
-            for (one, two), rank in zip(met.owners.tolist(), met.ranks.tolist(), strict=True)
-            if tuple(one) in number and tuple(two) in number
-        ][: points.pairs.shape[1]]
-        by_rank = sorted((rank, place) for place, (_, _, rank) in enumerate(left) if rank >= 0)
-        points.pairs[:, : len(left)] = np.reshape(np.array(left, np.int32), (-1, 3)).T
-        for rank, (_, place) in enumerate(by_rank):
-            points.pairs[2, place], points.ranked[rank] = rank, place
-        points.notes[[LISTED, RANKED, RENUMBERED]] = len(left), len(by_rank), 1
-        points.notes[CHECKED] = min(max(met.checked, 0), max(len(left) - 1, 0))
+        links = {tuple(o): link for link, o in enumerate(bound.link_owners.tolist()) if o[0] >= 0}
+        gone, left = met.ended(set(links))
+        points.nodes[: len(met.nodes)], points.ties[: len(met.ties)] = met.nodes, met.ties
+        points.tree[:] = met.tree
+        nodes = dict(zip(map(tuple, met.links.tolist()), met.leaves.tolist(), strict=True))
+        renumbering().take_leaves(
+            points,
+            np.array([nodes[link] for link in (*gone, *left.links)], np.int32),
+            np.array([-1] * len(gone) + [links[link] for link in left.links], np.int32),
+            bound.body_trees,
+        )
+        pairs = [(*sorted((links[one], links[two])), state) for one, two, state in left.pairs]
+        ranked = [sorted((number[one], number[two])) for one, two in left.ranked]
+        points.pairs[:, : len(pairs)] = np.reshape(np.array(pairs, np.int32), (-1, 3)).T
+        points.ranked[:, : len(ranked)] = np.reshape(np.array(ranked, np.int32), (-1, 2)).T
+        points.notes[[LISTED, RANKED, RENUMBERED]] = len(pairs), len(ranked), 1
+        points.notes[CHECKED] = min(max(met.checked, 0), max(len(pairs) - 1, 0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -490,7 +496,9 @@ class _Bound:
     fields: Fields
     owners: np.ndarray
     """(ngeom, 3) body, link and place in the link of each geom."""
-    trees: np.ndarray
-    """(ngeom,) tree of each geom, -1 for what is fixed."""
+    link_owners: np.ndarray
+    """(nbody, 2) body and link of MuJoCo's bodies, -1 for none."""
+    body_trees: np.ndarray
+    """(nbody,) tree of each of MuJoCo's bodies, -1 for what is fixed."""
     seen: float
     """Gap (m) up to which MuJoCo finds contacts."""

@@ -113,6 +113,7 @@ class Surfaces:
             margins=np.ascontiguousarray(margins),
             reaches=np.ascontiguousarray(reaches),
             boxes=forms.boxes,
+            covers=forms.covers,
             compound=forms.compound,
             rounding=forms.rounding,
             hulls=forms.hulls,

@@ -8,7 +8,8 @@ column falls.
 
 from __future__ import annotations
 
-from roboyard.sim.stepping.impulses.meeting_pairs import meet, place_of_pair
+from roboyard.sim.stepping.broad_phase.meeting_pairs import meet
+from roboyard.sim.stepping.broad_phase.pair_table import find_place
 from roboyard.sim.stepping.impulses.records import (
     GROUP,
     HEAD,
@@ -61,8 +62,7 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
             continue
         if geom[n, 0] != a or geom[n, 1] != b:
             a, b = geom[n, 0], geom[n, 1]
-            place = place_of_pair(points, min(a, b), max(a, b))
-            rank = points.pairs[2, place] if place >= 0 else -1
+            rank = find_place(points.ranked, points.rank_table, min(a, b), max(a, b))
         if rank >= 0:
             insert(points, rank, n)
         else:
@@ -121,12 +121,13 @@ def insert(points, rank, contact):
 
 def group_pairs(mechanism, points, ranks, groups):
     """Write for each rank the place of a tree that all trees of its group share."""
-    pairs, work, places, geom_tree = points.pairs, points.work, points.tree_places, mechanism.geom_tree
+    pairs, ranked, work, places = points.pairs, points.ranked, points.work, points.tree_places
+    geom_tree, body_tree = mechanism.geom_tree, mechanism.body_tree
     equality_order, equality_tree = mechanism.equality_order, mechanism.equality_tree
     for tree in range(groups.shape[0]):
         groups[tree] = tree
     for place in range(points.notes[LISTED]):
-        unite(groups, places, geom_tree[pairs[0, place]], geom_tree[pairs[1, place]])
+        unite(groups, places, body_tree[pairs[0, place]], body_tree[pairs[1, place]])
     for tree in range(1, groups.shape[0]):
         if root_body(mechanism, tree) == root_body(mechanism, tree - 1):  # limbs of a robot on a fixed base
             unite(groups, places, tree - 1, tree)
@@ -136,10 +137,9 @@ def group_pairs(mechanism, points, ranks, groups):
             break
         unite(groups, places, equality_tree[equality, 0], equality_tree[equality, 1])
     for rank in range(ranks):
-        place = points.ranked[rank]
-        tree = geom_tree[pairs[0, place]]
+        tree = geom_tree[ranked[0, rank]]
         if tree < 0:
-            tree = geom_tree[pairs[1, place]]
+            tree = geom_tree[ranked[1, rank]]
         work[RANK, rank] = rank
         work[GROUP, rank] = root_of(groups, places[tree]) if tree >= 0 else -1
 

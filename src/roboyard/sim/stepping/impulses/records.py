@@ -30,8 +30,8 @@ WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
 """Lines of `Solver.lines`, each of as many numbers as there are rows, rounded up to blocks."""
 (
     PAIRS, TABLE, EXTRA, HELD, LISTED, RANKED, CHECKED, FULL, RENUMBERED, SORTED, TAKEN_UP, SHAPES, REFRESHED,
-    ORDERED, NOTES,
-) = range(15)  # fmt: skip
+    ORDERED, LINKS, NOTES,
+) = range(16)  # fmt: skip
 """Places in `Points.notes`."""
 PART_KIND, PART_INDEX, PART_SIZE, PART_TREE, PART_RANK, PART_GROUP, PART_START, PART_END, PART = range(9)
 """Rows of `Mechanism.parts`: kind, first degree of freedom or equality, number of rows of a motor, tree; then
@@ -110,6 +110,8 @@ class Mechanism(NamedTuple):
     """(nv,) largest efforts of motors, which are MuJoCo's dry friction (N m or N)."""
     body_parent: np.ndarray
     body_root: np.ndarray
+    body_tree: np.ndarray
+    """(nbody,) tree, -1 for what is fixed."""
     body_dof: np.ndarray
     body_dofs: np.ndarray
     mass: np.ndarray
@@ -190,20 +192,35 @@ class Points(NamedTuple):
     ages: np.ndarray
     """(ngeom,) place of each geom in that order, 0 for others."""
     tree_places: np.ndarray
-    """(ntree,) place of each tree in that order."""
+    """(ntree,) place of each tree in the order of `links`."""
+    links: np.ndarray
+    """(nbody,) MuJoCo's bodies that are links in the order in which Bullet updates them, then -1."""
+    firsts: np.ndarray
+    """(nbody,) place in `turns` of the first geom of each link."""
+    sizes: np.ndarray
+    """(nbody,) number of geoms of each link."""
     tight: np.ndarray
     """(ngeom, 6) least and largest coordinates of geoms in the world (m)."""
-    wide: np.ndarray
-    """(ngeom, 6) the same of the larger boxes that they are in; the wrong way round for new geoms."""
+    bounds: np.ndarray
+    """(nbody, 6) the same of links; of new ones where they were made, or the wrong way round."""
     seats: np.ndarray
-    """(ngeom, 3) places (m) of the bodies of fixed geoms for which their boxes hold."""
+    """(nbody, 9) places (m) and first two rows of the rotations of fixed links for which their boxes hold."""
+    leaves: np.ndarray
+    """(nbody,) nodes of links in the tree of boxes, -1 for new ones."""
+    nodes: np.ndarray
+    ties: np.ndarray
+    tree: np.ndarray
+    """The tree of boxes, which are larger than those of the links; see `box_tree`."""
+    stack: np.ndarray
+    """(nbody + 2,) work array of `add_pairs`."""
     pairs: np.ndarray
-    """(3, n) geoms whose boxes meet, the smaller number first, and the pair's rank, -1 for none, `HIDDEN` for
-    pairs that never touch."""
+    """(3, n) links whose boxes meet, the smaller number first; 0 where all their shapes have ranks, -1 where
+    this is to be looked at, `HIDDEN` for pairs that never touch."""
     ranked: np.ndarray
-    """(n,) place among the pairs of the one at each rank."""
+    """(2, n) pair of geoms at each rank, the smaller number first."""
     table: np.ndarray
-    """Places of the pairs at entries that their geoms give, -1 for none; its length is a power of two."""
+    rank_table: np.ndarray
+    """Tables of the places of `pairs` and of `ranked`; see `pair_table`."""
     work: np.ndarray
     following: np.ndarray
     sequence: np.ndarray
@@ -211,13 +228,13 @@ class Points(NamedTuple):
     listing: np.ndarray
     """Contacts in the order of their pairs' ranks, then all others."""
     refreshed: np.ndarray
-    """(n, 2) ranges of `turns` whose geoms get new boxes and pairs, one after the other."""
+    """(n,) links that get new boxes and pairs, one after the other."""
     notes: np.ndarray
-    """(14,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
+    """(15,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
     of contacts moved to anchors; numbers of pairs whose boxes meet and of those with ranks, the next to be
-    checked, 1 where there was no room for one, 1 where `table` is to be filled, 1 where `work` is sorted and
-    2 where parts of the mechanism are, too, length of the sequence, number of geoms of bodies, number of
-    ranges in `refreshed`, length of `listing`."""
+    checked, 1 where there was no room for one, 1 where the tables are to be filled, 1 where `work` is sorted
+    and 2 where parts of the mechanism are, too, length of the sequence, number of geoms of bodies, number of
+    links in `refreshed`, length of `listing`, number of links."""
 
 
 class Surface(NamedTuple):
@@ -231,6 +248,8 @@ class Surface(NamedTuple):
     reaches: np.ndarray
     boxes: np.ndarray
     """(ngeom, 4, 3) boxes of `drop_gaps`; of no geom where all gaps count."""
+    covers: np.ndarray
+    """(nbody, 5, 3) boxes around links; see `ShapeForms`."""
     compound: np.ndarray
     rounding: np.ndarray
     hulls: np.ndarray
@@ -294,7 +313,8 @@ SEARCH = record(Search, "i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8 i8")
 MECHANISM = record(
     Mechanism,
     "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " i4[::1] f8[:,::1] u1[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] f8[:,::1] f8[:,::1]"
+    " i4[::1] f8[:,::1] u1[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] f8[:,::1]"
+    " f8[:,::1]"
     " i4[::1] i4[::1] i4[::1]"
     " i4[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[::1] f8[:,::1]"
     " f8[::1]",
@@ -307,13 +327,13 @@ STATE = record(
 POINTS = record(
     Points,
     "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " f8[:,::1] f8[:,::1] f8[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[::1] i4[:,::1]"
-    " i8[::1]",
+    " i4[::1] i4[::1] i4[::1] f8[:,::1] f8[:,::1] f8[:,::1] i4[::1] f8[:,::1] i4[:,::1] i8[::1] i4[::1]"
+    " i4[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i8[::1]",
 )
 SURFACE = record(
     Surface,
-    "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] u1[::1] f8[::1] f8[:,::1] i4[:,::1]"
-    " u1[::1] f8[::1]",
+    "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] f8[:,:,::1] u1[::1] f8[::1] f8[:,::1]"
+    " i4[:,::1] u1[::1] f8[::1]",
 )
 SOLVER = record(
     Solver,

@@ -37,6 +37,7 @@ def of_model(model: Any) -> r.Mechanism:
         dry=model.dof_frictionloss,
         body_parent=model.body_parentid,
         body_root=model.body_rootid,
+        body_tree=model.body_treeid,
         body_dof=model.body_dofadr,
         body_dofs=model.body_dofnum,
         mass=model.body_mass,

@@ -1,0 +1,1 @@
+"""Boxes around links in a tree, and the table of the pairs whose boxes meet."""
