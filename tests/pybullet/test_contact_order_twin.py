@@ -10,6 +10,7 @@ from plain_box_tree import BoxTree, Node
 
 from roboyard import pybullet as p
 from roboyard.pybullet.connections import CLIENTS
+from roboyard.sim.stepping.broad_phase.link_boxes import REST
 from roboyard.sim.stepping.impulses import contact_order
 from roboyard.sim.stepping.impulses.records import (
     CHECKED,
@@ -113,7 +114,7 @@ class _Order:
                 has_moved = True
         for link in self.links:
             enlarged, leaf = _wider(tight[link], 0.02), self.leaves[link]
-            if (enlarged[0] < leaf.box[0]).any() or (enlarged[1] > leaf.box[1]).any():
+            if (enlarged[0] < leaf.box[0] - REST).any() or (enlarged[1] > leaf.box[1] + REST).any():
                 self.tree.move(leaf, enlarged)
                 met += self._add_pairs(link)
                 has_moved = True

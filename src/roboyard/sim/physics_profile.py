@@ -21,7 +21,8 @@ class PhysicsProfile:
     hard_contacts: bool = False
     """Whether contacts constrain the velocity after the step, from a small gap on; otherwise soft springs."""
     contact_margin: float = 0.0
-    """Contribution (m) of each shape, boxes excepted, to the gap at which a contact becomes active."""
+    """Contribution (m) of each shape, boxes excepted, to the gap at which a contact becomes active; the
+    largest one where more is known of shapes."""
     contact_reach: float = float("inf")
     """Gap (m) from which on contacts do not push, where nothing else is known of a shape."""
     box_margin: float = 0.0
@@ -69,7 +70,7 @@ BULLET = PhysicsProfile(
     impratio=1.0,
     product_friction=True,
     hard_contacts=True,
-    contact_margin=0.006,
+    contact_margin=0.02,
     contact_reach=0.004,
     box_margin=5e-4,
     erp=0.2,

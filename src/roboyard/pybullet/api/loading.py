@@ -269,6 +269,7 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
                 moments_of=bullet_moments(given),
                 bounds_of=bullet_bounds(given),
             )
+            model.has_two_spheres = not given & c.URDF_USE_IMPLICIT_CYLINDER
             frame = model.links[0].frame
             orientation = multiply(part.orientation, conjugate(frame.quaternion))
             record = scene.add(

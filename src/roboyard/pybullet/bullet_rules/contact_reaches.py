@@ -14,8 +14,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard._records import dataclass
-from roboyard.description.model import Box, Collision, Cylinder, Geometry, Heightfield, Mesh, Pose, Sphere
-from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, field_bounds, local_bounds
+from roboyard.description.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Heightfield,
+    Mesh,
+    Pose,
+    Sphere,
+)
+from roboyard.pybullet.bullet_rules.shape_bounds import (
+    TWO_SPHERES_MARGIN,
+    LinkBounds,
+    field_bounds,
+    is_between_ends,
+    local_bounds,
+)
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping.shape_forms import ShapeForms
 from roboyard.transforms import Array, inverse_pose, matrix_from_quaternion, pose_matrix
@@ -31,8 +47,10 @@ _ENDLESS = ENDLESS * np.eye(3)
 _NO_HULL = np.zeros((0, 3))
 ENDLESS_BOX = np.concatenate([np.zeros((1, 3)), _ENDLESS])
 """(4, 3) box of a shape that is not known."""
-ENDLESS_COVER = np.concatenate([ENDLESS_BOX, np.zeros((1, 3))])
-"""(5, 3) box around a link whose shapes are not known."""
+EVERYWHERE = 1e18
+"""Half size (m) of Bullet's box around a plane."""
+ENDLESS_COVER = np.concatenate([np.zeros((4, 3)), np.full((1, 3), EVERYWHERE)])
+"""(5, 3) box around a plane, and around a link or shape that is not known."""
 
 
 def contact_reaches(model: Any, bodies: Iterable[tuple[np.ndarray, Sequence[float]]]) -> np.ndarray:
@@ -66,6 +84,8 @@ class ShapeBoxes:
 
     boxes: np.ndarray
     """(n, 4, 3) middle and three half axes of each box in the frame of its link (m)."""
+    parts: np.ndarray
+    """(n, 5, 3) boxes around them as parts of compounds; see `ShapeForms`."""
     edges: np.ndarray
     """(n,) largest radius of the edges (m), 0 where a shape has none or its box is endless."""
     hulls: tuple[np.ndarray, ...]
@@ -85,6 +105,8 @@ class PlacedShapes:
     """(n, 4, 3) as in `ShapeBoxes`."""
     covers: np.ndarray
     """(k, 5, 3) boxes around the links; see `ShapeForms`."""
+    parts: np.ndarray
+    """(n, 5, 3) boxes around the shapes; see `ShapeForms`."""
     rounding: np.ndarray
     """(n,) radius of the edges (m)."""
     hulls: tuple[np.ndarray, ...]
@@ -102,6 +124,7 @@ class PlacedShapes:
             rows=_places(geoms),
             boxes=self.boxes,
             covers=self.covers,
+            parts=self.parts,
             rounding=self.rounding,
             hulls=self.hulls,
             lengths=self.lengths,
@@ -132,11 +155,14 @@ def place_shapes(
         found = _without_unknown(found, links)
     widths = np.repeat(np.asarray(margins, float), [len(rows) for rows in links])
     geoms = [row for rows in links for row in rows]
+    around = np.reshape(covers, (-1, 5, 3))
+    of_links = around.repeat([len(rows) for rows in links], axis=0)
     return PlacedShapes(
         geoms=geoms,
         rows=_places(geoms),
         boxes=found.boxes,
-        covers=np.reshape(covers, (-1, 5, 3)),
+        covers=around,
+        parts=np.where(compound[:, None, None] > 0, found.parts, of_links),
         rounding=np.where(widths < found.edges, widths, 0.0),
         hulls=found.hulls,
         lengths=np.array([len(hull) for hull in found.hulls], np.int32),
@@ -228,13 +254,14 @@ def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -
     geoms = model.ngeom
     boxes, compound = np.empty((geoms, 4, 3)), np.zeros(geoms, np.uint8)
     boxes[:, 0], boxes[:, 1:] = 0.0, _ENDLESS
-    covers = np.empty((model.nbody, 5, 3))
-    covers[:] = ENDLESS_COVER
+    covers, parts = np.empty((model.nbody, 5, 3)), np.empty((geoms, 5, 3))
+    covers[:] = parts[:] = ENDLESS_COVER
     rounding, spans = np.zeros(geoms), np.zeros((geoms, 2), np.int32)
     corners = _NO_HULL
     if bodies:
         places = np.array([geom for body, _ in bodies for geom in body.geoms], np.intp)
         boxes[places] = np.concatenate([body.boxes for body, _ in bodies])
+        parts[places] = np.concatenate([body.parts for body, _ in bodies])
         covers[np.concatenate([rows for _, rows in bodies])] = np.concatenate([b.covers for b, _ in bodies])
         rounding[places] = np.concatenate([body.rounding for body, _ in bodies])
         lengths = np.concatenate([body.lengths for body, _ in bodies])
@@ -245,26 +272,63 @@ def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -
         )
         compound[places] = np.concatenate([body.compound for body, _ in bodies])
     return ShapeForms(
-        boxes=boxes, covers=covers, compound=compound, rounding=rounding, hulls=corners, spans=spans
+        boxes=boxes,
+        covers=covers,
+        parts=parts,
+        compound=compound,
+        rounding=rounding,
+        hulls=corners,
+        spans=spans,
     )
 
 
-def body_boxes(links: Iterable[Sequence[Collision]], *, implicit_cylinder: bool) -> ShapeBoxes:
-    """Return the boxes of a body, from its links' shapes and whether cylinders are exact."""
-    boxes, edges, counts, hulls = [], [], [], []
+def body_boxes(
+    links: Iterable[Sequence[Collision]], *, implicit_cylinder: bool, two_spheres: bool
+) -> ShapeBoxes:
+    """Return the boxes of a body.
+
+    Args:
+        links: the shapes of each link.
+        implicit_cylinder: whether cylinders are exact.
+        two_spheres: whether capsules between two points are the hull of two spheres.
+    """
+    boxes, parts, edges, counts, hulls = [], [], [], [], []
     for shapes in links:
         counts.append(len(shapes))
         for shape in shapes:
             box, edge = _box_of(shape, implicit_cylinder)
             boxes.append(box)
+            parts.append(_part_of(shape, box, two_spheres))
             edges.append(edge)
             hulls.append(_hull_of(shape))
-    return ShapeBoxes(np.array(boxes).reshape(-1, 4, 3), np.array(edges), tuple(hulls), tuple(counts))
+    return ShapeBoxes(
+        np.array(boxes).reshape(-1, 4, 3),
+        np.array(parts).reshape(-1, 5, 3),
+        np.array(edges),
+        tuple(hulls),
+        tuple(counts),
+    )
+
+
+def _part_of(shape: Collision, box: np.ndarray, two_spheres: bool) -> np.ndarray:
+    """Return the (5, 3) box around a shape as the part of a compound; box: (4, 3) the usual one."""
+    part = np.zeros((5, 3))
+    match shape.geometry:
+        case Sphere(radius=radius) if not shape.concave:
+            part[0], part[4] = box[0], radius
+        case Capsule(radius=radius, length=length) if two_spheres and is_between_ends(shape):
+            along = matrix_from_quaternion(shape.origin.quaternion)[:, 2]
+            part[0] = box[0]
+            part[1:4] = np.diag(np.abs(along) * length / 2 + radius + TWO_SPHERES_MARGIN)
+        case _:
+            part[:4] = box
+    return part
 
 
 def _without_unknown(found: ShapeBoxes, links: Sequence[Sequence[int]]) -> ShapeBoxes:
     """Return endless boxes for the geoms of links that have more or fewer geoms than shapes."""
-    boxes, edges, hulls, first = [np.zeros((0, 4, 3))], [np.zeros(0)], list[np.ndarray](), 0
+    boxes, parts, edges = [np.zeros((0, 4, 3))], [np.zeros((0, 5, 3))], [np.zeros(0)]
+    hulls, first = list[np.ndarray](), 0
     for rows, count in zip(links, found.counts, strict=True):
         place = slice(first, first + count)
         first += count
@@ -272,9 +336,11 @@ def _without_unknown(found: ShapeBoxes, links: Sequence[Sequence[int]]) -> Shape
         boxes.append(
             found.boxes[place] if is_known else np.array([ENDLESS_BOX] * len(rows)).reshape(-1, 4, 3)
         )
+        parts.append(found.parts[place] if is_known else np.tile(ENDLESS_COVER, (len(rows), 1, 1)))
         edges.append(found.edges[place] if is_known else np.zeros(len(rows)))
         hulls += found.hulls[place] if is_known else [_NO_HULL] * len(rows)
-    return ShapeBoxes(np.concatenate(boxes), np.concatenate(edges), tuple(hulls), tuple(map(len, links)))
+    joined = [np.concatenate(found) for found in (boxes, parts, edges)]
+    return ShapeBoxes(joined[0], joined[1], joined[2], tuple(hulls), tuple(map(len, links)))
 
 
 def _hull_of(shape: Collision) -> np.ndarray:

@@ -87,6 +87,8 @@ class BodyModel:
     """Whether cylinders are exact instead of 32-sided hulls."""
     bounds_of: BoundsOf
     """Rule for boxes around shapes."""
+    has_two_spheres: bool = False
+    """Whether capsules between two points are the hull of two spheres, as those of MJCF files."""
     nests_meshes: bool = True
     """Whether OBJ files are compounds of their own, as in the files of robots."""
     index_by_name: dict[str, int] = field(default_factory=dict)

@@ -33,6 +33,10 @@ from roboyard.transforms import Array, matrix_from_quaternion
 
 MARGIN = 0.001
 """Margin of every shape except spheres and capsules, whose margin is their radius (m)."""
+BETWEEN_ENDS = "fromto"
+"""Attribute of capsules that MJCF files give by two points; Bullet makes them of two spheres."""
+TWO_SPHERES_MARGIN = 0.04
+"""Bullet's margin of convex shapes without one of their own (m)."""
 PLANE_HALF_SIZE = 1e30
 """Half size of the box around a plane (m)."""
 Triple = tuple[float, float, float]
@@ -142,6 +146,11 @@ def local_bounds(geometry: Geometry, *, implicit_cylinder: bool, is_rounded: boo
         case _:
             return None
     return np.array([-half, half])
+
+
+def is_between_ends(shape: Collision) -> bool:
+    """Return whether an MJCF file gives a shape by two points."""
+    return any(key == BETWEEN_ENDS for key, _ in shape.attributes)
 
 
 def bounds_in(frame_position: Array, frame_rotation: Array, shapes: list[Shape]) -> Array:

@@ -106,7 +106,7 @@ class ShapeRows:
         for key, form in zip(gone, forms[0], strict=True):
             rows = form.rows
             margins[rows], reaches[rows] = margins_of_rows(model, form.geoms, has_cylinders=False), np.inf
-            shapes.boxes[rows] = ENDLESS_BOX
+            shapes.boxes[rows], shapes.parts[rows] = ENDLESS_BOX, ENDLESS_COVER
             shapes.covers[placed[key].body.mujoco_ids] = ENDLESS_COVER
             shapes.rounding[rows] = shapes.compound[rows] = shapes.spans[rows] = 0
             del placed[key]
@@ -115,7 +115,8 @@ class ShapeRows:
             has_cylinders = record.of_model("margins", special_margins)[1]
             margins[rows] = margins_of_rows(model, form.geoms, has_cylinders=has_cylinders)
             reaches[rows] = _of_geoms(record.reaches(), record.body.geom_rows)
-            shapes.boxes[rows], shapes.covers[record.body.mujoco_ids] = form.boxes, form.covers
+            shapes.boxes[rows], shapes.parts[rows] = form.boxes, form.parts
+            shapes.covers[record.body.mujoco_ids] = form.covers
             shapes.rounding[rows], shapes.compound[rows] = form.rounding, form.compound
             shapes.spans[rows] = len(shapes.hulls), 0
             placed[key] = record

@@ -29,10 +29,9 @@ from roboyard.description.model import (
 )
 from roboyard.description.urdf.xml import line_of
 from roboyard.errors import DescriptionError
+from roboyard.pybullet.bullet_rules.shape_bounds import BETWEEN_ENDS
 from roboyard.transforms import Array, pose_matrix, quaternion_from_matrix
 
-BETWEEN_ENDS = "fromto"
-"""Attribute that marks collision shapes given by two end points."""
 _WHITE: RGBA = (1.0, 1.0, 1.0, 1.0)
 
 

@@ -11,14 +11,16 @@ import numpy as np
 
 from roboyard.description.model import Capsule, Collision, Cylinder, Pose, Sphere
 from roboyard.pybullet.bullet_rules.models import BoundsOf, MomentsOf
-from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, link_bounds, local_bounds
+from roboyard.pybullet.bullet_rules.shape_bounds import (
+    TWO_SPHERES_MARGIN,
+    LinkBounds,
+    is_between_ends,
+    link_bounds,
+    local_bounds,
+)
 from roboyard.pybullet.bullet_rules.shape_inertia import Moments, solid_box
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.readers.mjcf_geoms import BETWEEN_ENDS
 from roboyard.transforms import Array, matrix_from_quaternion
-
-TWO_SPHERES_MARGIN = 0.04
-"""Bullet's margin of convex shapes without one of their own (m)."""
 
 
 def bullet_moments(flags: int) -> MomentsOf:
@@ -47,7 +49,7 @@ def bullet_bounds(flags: int) -> BoundsOf:
 
     def bounds(frame: Pose, collisions: tuple[Collision, ...]) -> LinkBounds:
         if not two_spheres or not any(
-            isinstance(s.geometry, Capsule) and _between_ends(s) for s in collisions
+            isinstance(s.geometry, Capsule) and is_between_ends(s) for s in collisions
         ):
             return link_bounds(frame, collisions, implicit_cylinder=True, from_file=False)
         found = [s for s in collisions if local_bounds(s.geometry, implicit_cylinder=True) is not None]
@@ -64,7 +66,7 @@ def bullet_bounds(flags: int) -> BoundsOf:
 
 def _is_alone(shape: Collision, frame: Pose) -> bool:
     """Whether a shape is given in the inertial frame."""
-    if _between_ends(shape):
+    if is_between_ends(shape):
         return not np.any(np.asarray(frame.position)) and tuple(frame.quaternion[:3]) == (0.0, 0.0, 0.0)
     return shape.origin.position == frame.position and shape.origin.quaternion == frame.quaternion
 
@@ -74,7 +76,7 @@ def _own_moments(mass: float, shape: Collision, frame: Pose, two_spheres: bool) 
         case Sphere(radius=radius):
             moment = 0.4 * mass * radius**2
             return moment, moment, moment
-        case Cylinder(radius=radius, length=length) if not _between_ends(shape):
+        case Cylinder(radius=radius, length=length) if not is_between_ends(shape):
             across = mass * (3 * radius**2 + length**2) / 12
             return across, across, mass * radius**2 / 2
         case _:
@@ -88,14 +90,10 @@ def _box(shape: Collision, frame: Pose, two_spheres: bool, margin: float) -> Arr
     turn = back @ matrix_from_quaternion(shape.origin.quaternion)
     place = back @ (np.asarray(shape.origin.position) - np.asarray(frame.position))
     geometry = shape.geometry
-    if isinstance(geometry, Capsule) and two_spheres and _between_ends(shape):
+    if isinstance(geometry, Capsule) and two_spheres and is_between_ends(shape):
         half = np.abs(turn[:, 2]) * geometry.length / 2 + geometry.radius + margin
         return np.stack([place - half, place + half])
     corners = local_bounds(geometry, implicit_cylinder=True)
     assert corners is not None
     middle, half = place + turn @ corners.mean(axis=0), np.abs(turn) @ (corners[1] - corners[0]) / 2
     return np.stack([middle - half, middle + half])
-
-
-def _between_ends(shape: Collision) -> bool:
-    return any(key == BETWEEN_ENDS for key, _ in shape.attributes)

@@ -531,7 +531,8 @@ def _shape_boxes(model: BodyModel) -> ShapeBoxes:
     from roboyard.pybullet.bullet_rules.contact_reaches import body_boxes
 
     links = model.description.links
-    return body_boxes((link.collisions for link in links), implicit_cylinder=model.implicit_cylinder)
+    options = {"implicit_cylinder": model.implicit_cylinder, "two_spheres": model.has_two_spheres}
+    return body_boxes((link.collisions for link in links), **options)
 
 
 def has_plane(record: BodyRecord) -> bool:

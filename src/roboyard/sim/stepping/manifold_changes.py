@@ -1,7 +1,7 @@
 """Loops that change what is kept of pairs of shapes between steps.
 
-Those are the boxes in which new links were made, for the order of the pairs that they meet first, and the
-points of shapes whose filters changed.
+Those are the boxes in which new links were made, for the order of the pairs that they meet first, the gaps
+that MuJoCo looks across, and the points of shapes whose filters changed.
 """
 
 from __future__ import annotations
@@ -10,6 +10,10 @@ import numpy as np
 
 from roboyard.native import compiled
 
+BOX = 6
+"""MuJoCo's type of boxes."""
+ENDLESS = 1e6
+"""Gap (m) from which on a shape has no end, as planes have none."""
 UNKNOWN = 1e8
 """Half size (m) from which on a box is not known."""
 
@@ -44,6 +48,28 @@ def write_first_boxes(links, boxes, pose, leaves, bounds):  # pragma: no cover
             known &= half < UNKNOWN
         if not known:
             bounds[link, 0], bounds[link, 3] = 1.0, 0.0
+
+
+@compiled("i4[::1] i4[::1] f8[::1] f8[::1] f8 f8 f8[::1] f8[::1] f8[::1]")
+def write_seen_gaps(  # pragma: no cover
+    geom_type, geom_body, margins, reaches, box_margin, most, geom_margin, geom_gap, body_margin
+):
+    """Let MuJoCo find contacts across all gaps at which they push.
+
+    It looks as far as the sum of both shapes' margins. margins: (ngeom,) widths by which surfaces lie outside
+    MuJoCo's shapes. reaches: (ngeom,) largest gaps (m). box_margin: the margin (m) of boxes, which do not
+    push each other across gaps, and of shapes without an end. most: largest margin of others (m).
+    geom_margin, body_margin: MuJoCo's, written. geom_gap: MuJoCo's.
+    """
+    for body in range(body_margin.shape[0]):
+        body_margin[body] = 0.0
+    for geom in range(geom_type.shape[0]):
+        if geom_type[geom] == BOX or reaches[geom] > ENDLESS:
+            geom_margin[geom] = box_margin
+        else:
+            geom_margin[geom] = min(reaches[geom] + margins[geom] + box_margin, most)
+        body = geom_body[geom]
+        body_margin[body] = max(body_margin[body], geom_margin[geom] + geom_gap[geom])
 
 
 @compiled("i8[:,::1] i4[:,::1] f8[:,:,:,::1] i4[::1] i8 i8 i8 i8 -> i8")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.native import compiled
+from roboyard.sim.stepping.broad_phase.link_boxes import half_size, turned
 from roboyard.sim.stepping.face_corners import ORDER, order_corners
 from roboyard.sim.stepping.impulses.slide_directions import comes_second
 from roboyard.sim.stepping.narrow_phase.closest_points import FIRST, SECOND
@@ -68,7 +69,7 @@ def keep_points(  # pragma: no cover
     new_...: those of this step, written. fresh: work array. source: (4 ncon,) contact of which each
     extra point is a copy, extra: (4 ncon, 13) its position, frame and distance, written. slots: (5 ncon,)
     place of each contact's point in the table as 4 n + m, -1 for none, written. ends: (4,), number of pairs
-    and, as the last, of contacts moved, written. boxes, compound: as of `drop_gaps`. ages: (ngeom,) turns in
+    and, as the last, of contacts moved, written. boxes, compound: as of `ShapeForms`. ages: (ngeom,) turns in
     which geoms were made. rounding, hulls, spans: as of `place_contacts`. fields: height fields; the points
     of shapes on them are found here, and MuJoCo's contacts are rewritten as the points that are kept.
     """
@@ -109,7 +110,10 @@ def keep_points(  # pragma: no cover
                 at = row + 1 if row + 1 < before else 0
                 break
         if boxes.shape[0] > 0 and (compound[a] > 0 or compound[b] > 0):
-            n = refresh(new_points, pairs, n, xpos, xmat, one, two, widths, reach)
+            are_apart = True
+            for j in range(first, i):
+                are_apart &= dist[j] == AWAY
+            n = 0 if are_apart else refresh(new_points, pairs, n, xpos, xmat, one, two, widths, reach)
         are_boxes = geom_type[a] == BOX and geom_type[b] == BOX  # they begin to touch without a gap
         side_a = 3 if boxes.shape[0] > 0 and comes_second(geom_type, compound, ages, a, b) else 0
         takes_new = are_boxes or on_field  # of a step's points one may replace another
@@ -364,16 +368,16 @@ def pull_to_anchors(contacts, contact_count, slots, points, anchors, geom_body, 
 
 @compiled(CONTACTS, "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[::1] f8[:,:,::1] u1[::1] i8")
 def drop_gaps(  # pragma: no cover
-    contacts, contact_count, geom_type, geom_body, xpos, xmat, margins, boxes, compound, boxes_keep
+    contacts, contact_count, geom_type, geom_body, xpos, xmat, margins, parts, compound, boxes_keep
 ):
     """Move contacts away across whose gaps an impulse engine does not look.
 
     It finds no points of two boxes or two spheres apart from each other, which spheres are that touch, nor
     those of a compound's part whose box, parallel to the world's axes, is apart from the other shape's.
 
-    margins: (ngeom,) as of `hard_contacts`. boxes: (ngeom, 4, 3) middles of the shapes' boxes and their half
-    axes in the frames of the bodies (m). compound: (ngeom,) above 0 for parts of compounds. boxes_keep: 1
-    where `keep_points` follows, which does the same for two boxes but for points that they have kept.
+    margins: (ngeom,) as of `hard_contacts`. parts: (ngeom, 5, 3) boxes in the frames of the bodies, as of
+    `place_box` (m). compound: (ngeom,) above 0 for parts of compounds. boxes_keep: 1 where `keep_points`
+    follows, which does the same for two boxes but for points that they have kept.
     """
     for i in range(contact_count):
         a, b = contacts.geom[i, 0], contacts.geom[i, 1]
@@ -382,24 +386,16 @@ def drop_gaps(  # pragma: no cover
         gap = contacts.dist[i] - margins[a] - margins[b]
         if gap <= (-APART if geom_type[a] == SPHERE and geom_type[b] == SPHERE else 0.0):
             continue
-        if geom_type[a] == BOX and geom_type[b] == BOX and boxes_keep == 1:
-            continue
-        if geom_type[a] == geom_type[b] and (geom_type[a] == SPHERE or geom_type[a] == BOX):
+        if geom_type[a] == geom_type[b] and (
+            geom_type[a] == SPHERE or geom_type[a] == BOX and boxes_keep == 0
+        ):
             contacts.dist[i] = AWAY
         elif compound[a] > 0 or compound[b] > 0:
             one, two = geom_body[a], geom_body[b]
             for d in range(3):
-                apart = xpos[one, d] - xpos[two, d]
-                reach = 0.0
-                for k in range(3):
-                    apart += xmat[one, 3 * d + k] * boxes[a, 0, k] - xmat[two, 3 * d + k] * boxes[b, 0, k]
-                for axis in range(1, 4):
-                    first = second = 0.0
-                    for k in range(3):
-                        first += xmat[one, 3 * d + k] * boxes[a, axis, k]
-                        second += xmat[two, 3 * d + k] * boxes[b, axis, k]
-                    reach += abs(first) + abs(second)
-                if abs(apart) > reach:
+                apart = xpos[one, d] + turned(xmat, one, d, parts, a, 0)
+                apart -= xpos[two, d] + turned(xmat, two, d, parts, b, 0)
+                if abs(apart) > half_size(xmat, one, d, parts, a) + half_size(xmat, two, d, parts, b):
                     contacts.dist[i] = AWAY
 
 

@@ -292,7 +292,7 @@ class Manifolds:
             *contacts, forms.boxes, forms.rounding, forms.hulls, forms.spans, forms.compound,
             self.points.ages, int(self.keeps), self.points.fresh,
         )  # fmt: skip
-        kernels().drop_gaps(*contacts, margins, forms.boxes, forms.compound, int(self.keeps))
+        kernels().drop_gaps(*contacts, margins, forms.parts, forms.compound, int(self.keeps))
         return moved == 1
 
     def update(

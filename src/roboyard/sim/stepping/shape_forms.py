@@ -20,7 +20,9 @@ class ShapeForms:
     """(ngeom, 4, 3) middle and three half axes of the box around each shape, in the frame of its body (m)."""
     covers: Array
     """(nbody, 5, 3) middle and three half axes of the box around all shapes of each link, in the frame of its
-    body, and half the size along the world's axes that comes in addition (m)."""
+    body, and half the size along the world's axes that comes in addition (m); see `place_box`."""
+    parts: Array
+    """(ngeom, 5, 3) the same of the box that is looked at of each shape where one of two is of a compound."""
     compound: np.ndarray
     """(ngeom,) 1 for the parts of compounds, 2 for those of compounds within these, else 0."""
     rounding: Array
@@ -36,6 +38,7 @@ def no_forms() -> ShapeForms:
     return ShapeForms(
         boxes=np.zeros((0, 4, 3)),
         covers=np.zeros((0, 5, 3)),
+        parts=np.zeros((0, 5, 3)),
         compound=np.zeros(0, np.uint8),
         rounding=np.zeros(0),
         hulls=np.zeros((0, 3)),

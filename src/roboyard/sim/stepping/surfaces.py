@@ -21,6 +21,7 @@ from roboyard.sim.stepping.shape_forms import ShapeForms, no_forms
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.transforms import Array
 
+changes = lazy_module("roboyard.sim.stepping.manifold_changes")
 kernels = lazy_module("roboyard.sim.stepping.kernels")
 surface_shifts = lazy_module("roboyard.sim.stepping.narrow_phase.surface_shifts")
 
@@ -114,6 +115,7 @@ class Surfaces:
             reaches=np.ascontiguousarray(reaches),
             boxes=forms.boxes,
             covers=forms.covers,
+            parts=forms.parts,
             compound=forms.compound,
             rounding=forms.rounding,
             hulls=forms.hulls,
@@ -133,6 +135,12 @@ class Surfaces:
             reaches = self.reaches_of() if self.reaches_of else self._no_reaches
             forms = self.forms_of() if self.forms_of else no_forms()
             known = self._widths = revision, (margins, reaches), forms
+            profile = self._world.profile
+            if self.reaches_of and self._world.hard_contacts:
+                changes().write_seen_gaps(
+                    model.geom_type, model.geom_bodyid, margins, reaches, profile.box_margin,
+                    profile.contact_margin, model.geom_margin, model.geom_gap, model.body_margin,
+                )  # fmt: skip
         return known[1]
 
     def forms(self, model: Any, data: Any) -> ShapeForms:

@@ -476,6 +476,7 @@ class Stepping:
             self._prepare(model, data, timestep)
         elif world.hard_contacts:
             self.manifolds.prepare(model, data)
+            self.surfaces.margins_and_reaches(model, data)
         if self._is_bounded:
             self.constraints.rows.prepare(model)
         self._collide(self._first_half(), model, data)
@@ -564,6 +565,7 @@ class Stepping:
             mujoco.mj_collision(model, data)
             return
         self.manifolds.prepare(model, data)
+        self.surfaces.margins_and_reaches(model, data)
         if self._compiled is None:
             self._compiled = self._look_up(model, data)
         self._collide(partial(find_with_welds, self.in_turn.contact_rows.welds), model, data)

@@ -6,25 +6,27 @@ EVERYWHERE = 1e18
 """Half the size of a plane's box (m)."""
 BREAKING = 0.02
 """Width (m) by which a link's box is enlarged in each step."""
+REST = 1e-5
+"""Width (m) by which it may leave its leaf and stay there, so that links at rest do; PyBullet's leave it."""
 
 
 def follow_link(mechanism, state, surface, points, link):
     """Write the boxes of a link and its shapes; return whether its own, enlarged, leaves its leaf."""
-    bounds, tight, turns, nodes = points.bounds, points.tight, points.turns, points.nodes
+    bounds, nodes, turns = points.bounds, points.nodes, points.turns
     if mechanism.body_tree[link] < 0 and is_seated(state, points.seats, link):
         return False
-    place_link(state, surface, bounds, link)
-    first, size = points.firsts[link], points.sizes[link]
-    if size > 0 and surface.compound[turns[first]] > 0:
-        for k in range(size):
-            place_box(mechanism, state, surface, tight, turns[first + k])
-    elif size > 0:
-        for k in range(6):
-            tight[turns[first], k] = bounds[link, k]
+    place_box(state, surface.covers, link, link, bounds)
+    for k in range(points.sizes[link]):
+        geom = turns[points.firsts[link] + k]
+        if surface.compound[geom] > 0:
+            place_box(state, surface.parts, geom, link, points.tight)
+        else:
+            for m in range(6):
+                points.tight[geom, m] = bounds[link, m]
     leaf, out = points.leaves[link], False
     for axis in range(3):
-        out |= bounds[link, axis] - BREAKING < nodes[leaf, axis]
-        out |= bounds[link, 3 + axis] + BREAKING > nodes[leaf, 3 + axis]
+        out |= bounds[link, axis] - BREAKING < nodes[leaf, axis] - REST
+        out |= bounds[link, 3 + axis] + BREAKING > nodes[leaf, 3 + axis] + REST
     return out
 
 
@@ -40,36 +42,34 @@ def is_seated(state, seats, link):
     return stays
 
 
-def place_link(state, surface, bounds, link):
-    """Write the least and largest coordinates (m) of a link in the world; a plane's are everywhere."""
-    covers = surface.covers
+def place_box(state, boxes, item, link, placed):
+    """Write the least and largest coordinates (m) in the world of one of the boxes in the frame of a link.
+
+    boxes: (n, 5, 3) middle, three half axes, and half the size along the world's axes in addition (m); boxes
+    without an end, as of planes, are everywhere.
+    """
     for axis in range(3):
-        middle, half = state.xpos[link, axis], covers[link, 4, axis]
-        for k in range(3):
-            middle += state.xmat[link, 3 * axis + k] * covers[link, 0, k]
-        for edge in range(1, 4):
-            along = 0.0
-            for k in range(3):
-                along += state.xmat[link, 3 * axis + k] * covers[link, edge, k]
-            half += abs(along)
+        middle = state.xpos[link, axis] + turned(state.xmat, link, axis, boxes, item, 0)
+        half = half_size(state.xmat, link, axis, boxes, item)
         if half >= EVERYWHERE:
             middle, half = 0.0, EVERYWHERE
-        bounds[link, axis], bounds[link, 3 + axis] = middle - half, middle + half
+        placed[item, axis], placed[item, 3 + axis] = middle - half, middle + half
 
 
-def place_box(mechanism, state, surface, tight, geom):
-    """Write the least and largest coordinates (m) of a part of a compound in the world."""
-    body, boxes = mechanism.geom_body[geom], surface.boxes
-    for axis in range(3):
-        middle, half = state.xpos[body, axis], 0.0
-        for k in range(3):
-            middle += state.xmat[body, 3 * axis + k] * boxes[geom, 0, k]
-        for edge in range(1, 4):
-            along = 0.0
-            for k in range(3):
-                along += state.xmat[body, 3 * axis + k] * boxes[geom, edge, k]
-            half += abs(along)
-        tight[geom, axis], tight[geom, 3 + axis] = middle - half, middle + half
+def half_size(xmat, link, axis, boxes, item):
+    """Return half the size (m) along an axis of the world of one of the boxes in the frame of a link."""
+    half = boxes[item, 4, axis]
+    for edge in range(1, 4):
+        half += abs(turned(xmat, link, axis, boxes, item, edge))
+    return half
+
+
+def turned(xmat, link, axis, boxes, item, row):
+    """Return the coordinate along an axis of the world of a vector in the frame of a link."""
+    along = 0.0
+    for k in range(3):
+        along += xmat[link, 3 * axis + k] * boxes[item, row, k]
+    return along
 
 
 def write_leaf(nodes, bounds, leaf, link, width):

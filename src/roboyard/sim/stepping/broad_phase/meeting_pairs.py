@@ -15,11 +15,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from roboyard.sim.build.records import ALL_MASKS
 from roboyard.sim.stepping.broad_phase.box_tree import (
     FIRST,
     LINK,
     ROOT,
     SECOND,
+    WAY,
+    WAYS,
     find_way,
     free_node,
     new_node,
@@ -27,7 +30,7 @@ from roboyard.sim.stepping.broad_phase.box_tree import (
     put_in,
     take_out,
 )
-from roboyard.sim.stepping.broad_phase.link_boxes import BREAKING, follow_link, place_link, write_leaf
+from roboyard.sim.stepping.broad_phase.link_boxes import BREAKING, follow_link, place_box, write_leaf
 from roboyard.sim.stepping.broad_phase.pair_table import (
     change_place,
     drop_place,
@@ -68,10 +71,11 @@ def meet(mechanism, state, surface, points):
             if not follow_link(mechanism, state, surface, points, link):
                 continue
             leaf = points.leaves[link]
+        elif moved == 0:
+            tree[WAY] = (tree[WAY] + 1) & WAYS
+            break
         else:
             leaf = find_way(nodes, ties, tree)
-            if leaf < 0:
-                break
         take_out(nodes, ties, tree, leaf)
         if link >= 0:
             write_leaf(nodes, points.bounds, leaf, link, BREAKING)
@@ -98,14 +102,14 @@ def enter_links(mechanism, state, surface, points):
             if points.leaves[link] >= 0:
                 continue
             if points.bounds[link, 0] > points.bounds[link, 3]:  # the box in which it was made is not known
-                place_link(state, surface, points.bounds, link)
+                place_box(state, surface.covers, link, link, points.bounds)
         else:
             link = points.refreshed[turn - notes[LINKS]]
             leaf = points.leaves[link]
             take_out(nodes, ties, tree, leaf)
             free_node(ties, tree, leaf)
             end_pairs_of(points, link)
-            place_link(state, surface, points.bounds, link)
+            place_box(state, surface.covers, link, link, points.bounds)
         entered = 1
         leaf = points.leaves[link] = new_node(ties, tree)
         ties[leaf, SECOND], ties[leaf, LINK] = -1, link
@@ -160,12 +164,21 @@ def first_rank(mechanism, points, one, two):
     Bullet's broad phase also has pairs of links of one robot that never touch, as those of parents, and of
     links without shapes.
     """
-    if points.sizes[one] > 0 and points.sizes[two] > 0:
-        if may_touch(mechanism, points.turns[points.firsts[one]], points.turns[points.firsts[two]]):
-            return -1
-        return HIDDEN if mechanism.body_root[one] == mechanism.body_root[two] else 0
+    turns, firsts = points.turns, points.firsts
+    has_shapes = points.sizes[one] > 0 and points.sizes[two] > 0
+    if has_shapes and may_touch(mechanism, turns[firsts[one]], turns[firsts[two]]):
+        return -1
+    if mechanism.body_root[one] == mechanism.body_root[two]:
+        return HIDDEN
     is_fixed = mechanism.body_tree[one] < 0 and mechanism.body_tree[two] < 0
-    return HIDDEN if mechanism.body_root[one] == mechanism.body_root[two] or not is_fixed else 0
+    if has_shapes or is_fixed:
+        return 0
+    for link in one, two:
+        if points.sizes[link] > 0:
+            geom = turns[firsts[link]]
+            if mechanism.contype[geom] & ALL_MASKS | mechanism.conaffinity[geom] & 1 == 0:
+                return 0
+    return HIDDEN
 
 
 def may_touch(mechanism, a, b):
@@ -247,15 +260,15 @@ def rank_pairs(compound, points):
         for k in range(sizes[one]):
             for m in range(sizes[two]):
                 first, second = turns[firsts[one] + k], turns[firsts[two] + m]
-                rank_shapes(points, min(first, second), max(first, second), has_parts)
+                meets = not has_parts or overlap(points.tight, first, second)
+                rank_shapes(points, min(first, second), max(first, second), meets)
         if not has_parts and points.notes[FULL] == 0:
             pairs[2, place] = 0
 
 
-def rank_shapes(points, a, b, has_parts):
+def rank_shapes(points, a, b, meets):
     """Give a pair of shapes, a < b, a rank, or take it where the boxes of parts of compounds have parted."""
     notes, ranked, rank = points.notes, points.ranked, find_place(points.ranked, points.rank_table, a, b)
-    meets = not has_parts or overlap(points.tight, a, b)
     if not meets and rank >= 0:
         end_rank(points, rank)
     elif meets and rank < 0:

@@ -39,7 +39,7 @@ def keep(rows, contacts, search, mechanism, state, points, surface, fields, rule
         )  # fmt: skip
         drop_gaps(
             contacts, contact_count, mechanism.geom_type, mechanism.geom_body, state.xpos, state.xmat,
-            surface.margins, surface.boxes, surface.compound, 1 if rules[KEEPS_POINTS] > 0.0 else 0,
+            surface.margins, surface.parts, surface.compound, 1 if rules[KEEPS_POINTS] > 0.0 else 0,
         )  # fmt: skip
     if contact_count == 0:
         points.notes[PAIRS] = 0

@@ -247,9 +247,11 @@ class Surface(NamedTuple):
     margins: np.ndarray
     reaches: np.ndarray
     boxes: np.ndarray
-    """(ngeom, 4, 3) boxes of `drop_gaps`; of no geom where all gaps count."""
+    """(ngeom, 4, 3) boxes of shapes; of no geom where all gaps count."""
     covers: np.ndarray
-    """(nbody, 5, 3) boxes around links; see `ShapeForms`."""
+    """(nbody, 5, 3) boxes around links; see `place_box`."""
+    parts: np.ndarray
+    """(ngeom, 5, 3) boxes around shapes; see `place_box`."""
     compound: np.ndarray
     rounding: np.ndarray
     hulls: np.ndarray
@@ -332,8 +334,8 @@ POINTS = record(
 )
 SURFACE = record(
     Surface,
-    "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] f8[:,:,::1] u1[::1] f8[::1] f8[:,::1]"
-    " i4[:,::1] u1[::1] f8[::1]",
+    "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] f8[:,:,::1] f8[:,:,::1] u1[::1]"
+    " f8[::1] f8[:,::1] i4[:,::1] u1[::1] f8[::1]",
 )
 SOLVER = record(
     Solver,
