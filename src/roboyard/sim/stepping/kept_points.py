@@ -225,7 +225,7 @@ def owners_of_links(world: Engine[Body], count: int) -> np.ndarray:
 
 
 def creation_order(world: Engine[Body], owners: np.ndarray, model: Any) -> CreationOrder:
-    """Return the order of the bodies' shapes and links. owners: as of `owners_of_geoms`."""
+    """Return the order of the bodies' shapes and links. owners: (ngeom, 3) as of `owners_of_geoms`."""
     turns = np.lexsort((owners[:, 2], owners[:, 1], owners[:, 0])).astype(np.int32)
     loose = np.count_nonzero(owners[:, 0] < 0)
     turns = turns[loose:].copy()

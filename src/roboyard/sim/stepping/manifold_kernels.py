@@ -387,7 +387,7 @@ def drop_gaps(  # pragma: no cover
         if gap <= (-APART if geom_type[a] == SPHERE and geom_type[b] == SPHERE else 0.0):
             continue
         if geom_type[a] == geom_type[b] and (
-            geom_type[a] == SPHERE or geom_type[a] == BOX and boxes_keep == 0
+            geom_type[a] == SPHERE or (geom_type[a] == BOX and boxes_keep == 0)
         ):
             contacts.dist[i] = AWAY
         elif compound[a] > 0 or compound[b] > 0:

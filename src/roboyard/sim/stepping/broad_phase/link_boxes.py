@@ -6,7 +6,7 @@ EVERYWHERE = 1e18
 """Half the size of a plane's box (m)."""
 BREAKING = 0.02
 """Width (m) by which a link's box is enlarged in each step."""
-REST = 1e-5
+REST = 1e-4
 """Width (m) by which it may leave its leaf and stay there, so that links at rest do; PyBullet's leave it."""
 
 
