@@ -206,3 +206,38 @@ def test_a_box_grows_with_the_margin_of_a_hull(robot: int) -> None:
     p.changeDynamics(body, -1, collisionMargin=0.05)
     grown = p.getDynamicsInfo(body, -1)[11] - 0.001
     np.testing.assert_allclose(np.subtract(p.getAABB(body), before), [[-grown] * 3, [grown] * 3], atol=1e-9)
+
+
+@pytest.mark.parametrize("reads", [1, 40])
+def test_boxes_of_links_are_where_they_were_before_the_last_step(client: int, reads: int) -> None:
+    """As in PyBullet 3.2.7, where the base's box has moved and a link's has not, until its state is asked."""
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    body = p.createMultiBody(
+        1.0,
+        box,
+        basePosition=[0, 0, 5],
+        linkMasses=[1.0],
+        linkCollisionShapeIndices=[box],
+        linkVisualShapeIndices=[-1],
+        linkPositions=[[0, 0, 0.5]],
+        linkOrientations=[[0, 0, 0, 1]],
+        linkInertialFramePositions=[[0, 0, 0]],
+        linkInertialFrameOrientations=[[0, 0, 0, 1]],
+        linkParentIndices=[0],
+        linkJointTypes=[p.JOINT_REVOLUTE],
+        linkJointAxis=[[0, 0, 1]],
+    )
+    p.setGravity(0, 0, -9.81)
+    dt = 1 / 240
+    fallen = 0.0
+    for step in range(1, 6):
+        p.stepSimulation()
+        before, fallen = fallen, fallen + 9.81 * dt * dt * step
+        for _ in range(reads):
+            assert p.getAABB(body, -1)[0][2] == pytest.approx(4.9 - fallen, abs=1e-4)
+            assert p.getAABB(body, 0)[0][2] == pytest.approx(5.4 - before, abs=1e-5)
+    p.getLinkState(body, 0, computeForwardKinematics=1)
+    assert p.getAABB(body, 0)[0][2] == pytest.approx(5.4 - fallen, abs=1e-4)
+    p.stepSimulation()
+    p.resetBasePositionAndOrientation(body, [0, 0, 1], [0, 0, 0, 1])
+    assert p.getAABB(body, 0)[0][2] == pytest.approx(1.4, abs=1e-9)

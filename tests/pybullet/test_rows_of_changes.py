@@ -19,7 +19,6 @@ from roboyard.sim.stepping.impulses.records import (
     LISTED,
     PAIRS,
     RANKED,
-    SHAPES,
     TABLE,
 )  # fmt: skip
 from roboyard.sim.stepping.manifolds import Manifolds
@@ -53,14 +52,13 @@ def _arrays(client: int) -> dict[str, np.ndarray]:
     stepping = world.stepping
     points, in_turn = stepping.manifolds.points, stepping.in_turn
     notes = points.notes
-    names = [SHAPES, LINKS, LISTED, RANKED, PAIRS, TABLE]
-    shapes, count, listed, ranked, pairs, table = notes[names].tolist()
-    turns, links = points.turns[:shapes], points.links[:count]
+    names = [LINKS, LISTED, RANKED, PAIRS, TABLE]
+    count, listed, ranked, pairs, table = notes[names].tolist()
+    links = points.links[:count]
     found = {
         "turns": points.turns,
         "ages": points.ages,
         "tree places": points.tree_places,
-        "tight": points.tight[turns],
         "links": points.links,
         "firsts": points.firsts[links],
         "sizes": points.sizes,

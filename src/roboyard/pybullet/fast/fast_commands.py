@@ -32,7 +32,7 @@ def replace_boxes() -> None:
     """Replace getAABB."""
     from roboyard.pybullet.fast.fast_entries import BOX
 
-    _replace("getAABB", BOX, "box", ("is_moved", "single_reads"))
+    _replace("getAABB", BOX, "box", ("is_moved", "single_reads", "frames_are_old", "kept_frames"))
 
 
 def replace_overlaps() -> None:

@@ -83,7 +83,7 @@ PUSH = Front(push_link_of, EntrySignature(_PUSH))
 """applyExternalForce and applyExternalTorque."""
 
 _BOX = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, SINGLE_READS = range(3, 10)
+COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, SINGLE_READS, OLD, KEPT = range(3, 12)
 WORLD, XPOS, XQUAT, FRAMES, BOXES, ROWS, OUT, SCENE, LOOP, CHAIN, NUMBERS, LAST = range(3, 15)
 
 @part
@@ -96,7 +96,11 @@ def corner(out, first):
 @part
 def is_found(state, body, link):
     moved = attribute(word(body, WORLD), word(state, MOVED))
-    if moved != word(state, TRUE):
+    of_step = link >= 0 and attribute(word(body, SCENE), word(state, OLD)) != word(state, TRUE)
+    if of_step and moved != word(state, TRUE):
+        if attribute(word(body, WORLD), word(state, KEPT)) != word(state, NONE):
+            return False
+    if of_step or moved != word(state, TRUE):
         rows, out = integers(word(body, ROWS)), numbers(word(body, OUT))
         _loop(
             matrix(word(body, XPOS)), matrix(word(body, XQUAT)), matrix(word(body, FRAMES)),

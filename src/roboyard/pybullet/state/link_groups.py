@@ -168,9 +168,16 @@ class LinkBoxes:
         return self._frames, self._boxes, self._rows
 
     def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return the two (3,) corners of a link's box in the world (m); -1 for the base."""
+        """Return the two (3,) corners of a link's box in the world (m); -1 for the base.
+
+        As in Bullet, those of links but the base are where they were before the last step, until a command
+        needs their present places.
+        """
         place, box, scene = link + 1, self._box, self._scene
-        if self._world.is_moved and scene.single_reads < SINGLE_READS:
+        poses = self._last_poses() if link >= 0 else None
+        if poses is not None:
+            kernels.link_box(*poses, self._frames, self._boxes, int(self._rows[place]), place, box)
+        elif self._world.is_moved and scene.single_reads < SINGLE_READS:
             scene.single_reads += 1
             write_box = chain_kernels().write_box_of_chain
             write_box(self._chain, self._frames, self._boxes, int(self._rows[place]), place, box)
@@ -182,6 +189,14 @@ class LinkBoxes:
             )
         a, b, c, d, e, f = box.tolist()
         return (a, b, c), (d, e, f)
+
+    def _last_poses(self) -> tuple[Array, Array] | None:
+        """Return (nbody, 3) places (m) and (nbody, 4) quaternions before the last step, if these count."""
+        scene, world = self._scene, self._world
+        if scene.frames_are_old or scene.frames_revision != world.revision:
+            return None
+        kept = None if world.is_moved else world.kept_frames
+        return kept or (self._xpos, self._xquat)
 
 
 class SceneBoxes:

@@ -162,6 +162,7 @@ def make_points(order: CreationOrder, pairs: int, meeting: int, nodes: int = 0) 
         firsts=order.firsts,
         sizes=order.sizes,
         tight=np.zeros((geoms, 6)),
+        written=np.full(geoms, -1, np.int64),
         bounds=bounds,
         seats=np.full((bodies, 9), np.inf),
         leaves=np.full(bodies, -1, np.int32),

@@ -375,7 +375,7 @@ class Manifolds:
         ):
             new[:, : old.shape[1]] = old
         grown.slots[: len(points.slots)] = points.slots
-        kept = ("tight", "bounds", "seats", "leaves", "nodes", "ties", "tree", "stack")
+        kept = ("tight", "written", "bounds", "seats", "leaves", "nodes", "ties", "tree", "stack")
         grown = grown._replace(**{name: getattr(points, name) for name in kept})
         if len(points.refreshed):
             grown = grown._replace(refreshed=points.refreshed)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from roboyard.sim.stepping.impulses.records import STEPS
+
 EVERYWHERE = 1e18
 """Half the size of a plane's box (m)."""
 BREAKING = 0.02
@@ -11,23 +13,23 @@ REST = 1e-4
 
 
 def follow_link(mechanism, state, surface, points, link):
-    """Write the boxes of a link and its shapes; return whether its own, enlarged, leaves its leaf."""
-    bounds, nodes, turns = points.bounds, points.nodes, points.turns
+    """Write the box of a link; return whether it leaves the link's leaf when it is enlarged."""
+    bounds, nodes = points.bounds, points.nodes
     if mechanism.body_tree[link] < 0 and is_seated(state, points.seats, link):
         return False
     place_box(state, surface.covers, link, link, bounds)
-    for k in range(points.sizes[link]):
-        geom = turns[points.firsts[link] + k]
-        if surface.compound[geom] > 0:
-            place_box(state, surface.parts, geom, link, points.tight)
-        else:
-            for m in range(6):
-                points.tight[geom, m] = bounds[link, m]
     leaf, out = points.leaves[link], False
     for axis in range(3):
         out |= bounds[link, axis] - BREAKING < nodes[leaf, axis] - REST
         out |= bounds[link, 3 + axis] + BREAKING > nodes[leaf, 3 + axis] + REST
     return out
+
+
+def place_part(state, surface, points, geom, link):
+    """Write the box of a shape of a link, once in a step."""
+    if points.written[geom] != points.notes[STEPS]:
+        points.written[geom] = points.notes[STEPS]
+        place_box(state, surface.parts, geom, link, points.tight)
 
 
 def is_seated(state, seats, link):

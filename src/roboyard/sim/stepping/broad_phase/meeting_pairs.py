@@ -30,7 +30,13 @@ from roboyard.sim.stepping.broad_phase.box_tree import (
     put_in,
     take_out,
 )
-from roboyard.sim.stepping.broad_phase.link_boxes import BREAKING, follow_link, place_box, write_leaf
+from roboyard.sim.stepping.broad_phase.link_boxes import (
+    BREAKING,
+    follow_link,
+    place_box,
+    place_part,
+    write_leaf,
+)
 from roboyard.sim.stepping.broad_phase.pair_table import (
     change_place,
     drop_place,
@@ -48,6 +54,7 @@ from roboyard.sim.stepping.impulses.records import (
     REFRESHED,
     RENUMBERED,
     SORTED,
+    STEPS,
 )  # fmt: skip
 
 CHECKS = 10
@@ -86,7 +93,8 @@ def meet(mechanism, state, surface, points):
     if moved > 0 or has_changed:
         end_pairs(mechanism, points, met, has_changed)
     notes[RENUMBERED] = notes[REFRESHED] = 0
-    rank_pairs(surface.compound, points)
+    notes[STEPS] += 1
+    rank_pairs(state, surface, points)
 
 
 def enter_links(mechanism, state, surface, points):
@@ -249,9 +257,10 @@ def end_pair(points, place):
             pairs[k, place] = pairs[k, last]
 
 
-def rank_pairs(compound, points):
+def rank_pairs(state, surface, points):
     """Give ranks to pairs of shapes that have none, and take those of parts of compounds that parted."""
     pairs, turns, firsts, sizes = points.pairs, points.turns, points.firsts, points.sizes
+    compound = surface.compound
     for place in range(points.notes[LISTED]):
         if pairs[2, place] == HIDDEN or pairs[2, place] == 0:
             continue
@@ -260,7 +269,11 @@ def rank_pairs(compound, points):
         for k in range(sizes[one]):
             for m in range(sizes[two]):
                 first, second = turns[firsts[one] + k], turns[firsts[two] + m]
-                meets = not has_parts or overlap(points.tight, first, second)
+                meets = True
+                if has_parts:
+                    place_part(state, surface, points, first, one)
+                    place_part(state, surface, points, second, two)
+                    meets = overlap(points.tight, first, second)
                 rank_shapes(points, min(first, second), max(first, second), meets)
         if not has_parts and points.notes[FULL] == 0:
             pairs[2, place] = 0

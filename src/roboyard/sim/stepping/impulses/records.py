@@ -30,8 +30,8 @@ WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
 """Lines of `Solver.lines`, each of as many numbers as there are rows, rounded up to blocks."""
 (
     PAIRS, TABLE, EXTRA, HELD, LISTED, RANKED, CHECKED, FULL, RENUMBERED, SORTED, TAKEN_UP, SHAPES, REFRESHED,
-    ORDERED, LINKS, NOTES,
-) = range(16)  # fmt: skip
+    ORDERED, LINKS, STEPS, NOTES,
+) = range(17)  # fmt: skip
 """Places in `Points.notes`."""
 PART_KIND, PART_INDEX, PART_SIZE, PART_TREE, PART_RANK, PART_GROUP, PART_START, PART_END, PART = range(9)
 """Rows of `Mechanism.parts`: kind, first degree of freedom or equality, number of rows of a motor, tree; then
@@ -201,6 +201,8 @@ class Points(NamedTuple):
     """(nbody,) number of geoms of each link."""
     tight: np.ndarray
     """(ngeom, 6) least and largest coordinates of geoms in the world (m)."""
+    written: np.ndarray
+    """(ngeom,) the step in which these were written."""
     bounds: np.ndarray
     """(nbody, 6) the same of links; of new ones where they were made, or the wrong way round."""
     seats: np.ndarray
@@ -230,11 +232,11 @@ class Points(NamedTuple):
     refreshed: np.ndarray
     """(n,) links that get new boxes and pairs, one after the other."""
     notes: np.ndarray
-    """(15,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
+    """(16,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
     of contacts moved to anchors; numbers of pairs whose boxes meet and of those with ranks, the next to be
     checked, 1 where there was no room for one, 1 where the tables are to be filled, 1 where `work` is sorted
     and 2 where parts of the mechanism are, too, length of the sequence, number of geoms of bodies, number of
-    links in `refreshed`, length of `listing`, number of links."""
+    links in `refreshed`, length of `listing`, number of links, number of steps."""
 
 
 class Surface(NamedTuple):
@@ -329,8 +331,8 @@ STATE = record(
 POINTS = record(
     Points,
     "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " i4[::1] i4[::1] i4[::1] f8[:,::1] f8[:,::1] f8[:,::1] i4[::1] f8[:,::1] i4[:,::1] i8[::1] i4[::1]"
-    " i4[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i8[::1]",
+    " i4[::1] i4[::1] i4[::1] f8[:,::1] i8[::1] f8[:,::1] f8[:,::1] i4[::1] f8[:,::1] i4[:,::1] i8[::1]"
+    " i4[::1] i4[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i8[::1]",
 )
 SURFACE = record(
     Surface,
