@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 RECORDED = Path(__file__).parent / "data" / "recorded_api.json"
 """Results of the `record_...` functions of `api/` in PyBullet 3.2.7, written by tools/record_pybullet.py."""

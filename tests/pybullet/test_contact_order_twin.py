@@ -33,7 +33,7 @@ class _Order:
     def __init__(self, model: Any, surface: Any, links: dict[int, list[int]]) -> None:
         """Start without pairs. links: geoms of MuJoCo's bodies, in the order of creation."""
         self.model, self.links = model, links
-        self.boxes, self.covers, self.compound = surface.boxes, surface.covers, surface.compound
+        self.parts, self.covers, self.compound = surface.parts, surface.covers, surface.compound
         self.tree, self.leaves = BoxTree(), dict[int, Node]()
         self.pairs: list[tuple[int, int]] = []
         self.ranked: list[tuple[int, int]] = []
@@ -51,10 +51,7 @@ class _Order:
             else:
                 of_links[link] = _turned(self.covers[link, :4], place, turn, self.covers[link, 4])
             for geom in geoms:
-                is_part = self.compound[geom]
-                of_geoms[geom] = (
-                    _turned(self.boxes[geom], place, turn, np.zeros(3)) if is_part else of_links[link]
-                )
+                of_geoms[geom] = _turned(self.parts[geom, :4], place, turn, self.parts[geom, 4])
         return of_links, of_geoms
 
     def _may_touch(self, one: int, two: int) -> bool:
@@ -118,9 +115,11 @@ class _Order:
                 self.tree.move(leaf, enlarged)
                 met += self._add_pairs(link)
                 has_moved = True
-        self.tree.improve()
         if has_moved:
+            self.tree.improve()
             self._end_pairs(met)
+        else:
+            self.tree.way += 1
         for one, two in self.pairs:
             geoms = self.links[one] + self.links[two]
             for a in self.links[one]:

@@ -12,6 +12,10 @@ from roboyard.native import compiled
 
 BOX = 6
 """MuJoCo's type of boxes."""
+FIELD = 1
+"""MuJoCo's type of height fields, and of concave meshes."""
+FIELD_MARGIN = 0.006
+"""Margin (m) of these, each prism of which has contacts of its own."""
 ENDLESS = 1e6
 """Gap (m) from which on a shape has no end, as planes have none."""
 UNKNOWN = 1e8
@@ -66,6 +70,8 @@ def write_seen_gaps(  # pragma: no cover
     for geom in range(geom_type.shape[0]):
         if geom_type[geom] == BOX or reaches[geom] > ENDLESS:
             geom_margin[geom] = box_margin
+        elif geom_type[geom] == FIELD:
+            geom_margin[geom] = FIELD_MARGIN
         else:
             geom_margin[geom] = min(reaches[geom] + margins[geom] + box_margin, most)
         body = geom_body[geom]

@@ -110,7 +110,7 @@ def keep_points(  # pragma: no cover
                 at = row + 1 if row + 1 < before else 0
                 break
         if boxes.shape[0] > 0 and (compound[a] > 0 or compound[b] > 0):
-            are_apart = True
+            are_apart = not on_field  # whose contacts are found again
             for j in range(first, i):
                 are_apart &= dist[j] == AWAY
             n = 0 if are_apart else refresh(new_points, pairs, n, xpos, xmat, one, two, widths, reach)

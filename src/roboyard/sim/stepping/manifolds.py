@@ -220,7 +220,7 @@ class Manifolds:
         count, table, listed, ranked, links = now.notes[[PAIRS, TABLE, LISTED, RANKED, LINKS]].tolist()
         order = now.links[:links]
         order = order[now.leaves[order] >= 0]
-        if not len(order):
+        if not count and not len(order):
             return None
         keys = now.keys[table, :count]
         pairs = np.stack([keys // len(bound.owners), keys % len(bound.owners)], axis=1)
