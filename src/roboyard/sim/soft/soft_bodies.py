@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 kernels = lazy_module("roboyard.sim.soft.kernels")
 
 _ONE_POINT = 1e-6
-"""How near (m) a contact of a node is to the line along its normal, and its normal to that of the same one."""
+"""How near (m) a contact of a node is to the line along its normal, and its normal to that of its copy."""
 
 
 class SoftBodies:

@@ -370,12 +370,12 @@ class Surfaces:
             return
         # MuJoCo does not move a step's constraint arrays before the next step
         force, (_, reference) = data.efc_force, self._references
-        contact: Any = data.contact if self.soft else None
+        contact = data.contact if self.soft else None
 
         def correct() -> float:
-            before = None if contact is None else reference.copy()
+            before = reference.copy() if self.soft else reference
             largest = kernels().correct_sliding(*self._sliding, force, timestep, *self._references)
-            if before is None or not SLIDING_TOLERANCE <= largest < SOFT_SLIDING_TOLERANCE:
+            if contact is None or not SLIDING_TOLERANCE <= largest < SOFT_SLIDING_TOLERANCE:
                 return largest
             rows = contact.efc_address, contact.flex, force
             return timestep * soft_kernels().rigid_change(*rows, before, reference)
