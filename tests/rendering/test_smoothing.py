@@ -11,12 +11,18 @@ from roboyard.rendering.smoothing import (
     CREASE_COSINE,
     closed_faces,
     creased_normals,
-    face_normals,
+    face_forward,
     join_corners,
     number_parts,
 )
 from roboyard.rendering.textures import halved, lets_light_through, pack
 from roboyard.shapes import primitives
+
+
+def face_normals(vertices, faces):
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
 def joined(mesh):
@@ -88,6 +94,22 @@ def test_computed_normals_match_a_plain_loop():
                     cosine = (a - p) @ (b - p) / np.linalg.norm(a - p) / np.linalg.norm(b - p)
                     total += np.arccos(cosine) * normals[other]
             assert got[face, corner] == pytest.approx(total / np.linalg.norm(total), abs=1e-5)
+
+
+def test_given_normals_are_turned_to_the_front():
+    rng = np.random.default_rng(2)
+    vertices, faces = joined(primitives.sphere(1.0, 10))
+    given = rng.normal(size=(50, 3))
+    places = rng.integers(0, 50, faces.shape)
+    out = np.empty((len(faces), 3, 3), dtype=np.float32)
+    faces = faces.astype(np.int64)
+    assert face_forward(given, places, vertices, faces, out) == 1
+    expected = given[places] / np.linalg.norm(given[places], axis=2, keepdims=True)
+    side = np.sign(np.einsum("ijk,ik->ij", expected, face_normals(vertices, faces)))
+    np.testing.assert_allclose(out, expected * side[..., None], atol=1e-7)
+    for wrong in (np.nan, 0.0):
+        given[places[3, 1]] = wrong
+        assert face_forward(given, places, vertices, faces, out) == 0
 
 
 def test_a_box_keeps_flat_sides():
