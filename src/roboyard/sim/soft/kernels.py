@@ -115,8 +115,9 @@ def merge_contacts(  # pragma: no cover
     geom, flex, element, vertex, dist, position, frame, exclude, elements, first_element, dims, first_vertex,
     vertices, near,
 ):  # fmt: skip
-    """Give contacts of elements with shapes at a node to the node, once; return how many are left out.
+    """Give contacts of elements with shapes at a node to the node, once.
 
+    Returns how many contacts are of two shapes.
     MuJoCo finds one for each element of which the node is a part, and shares its forces out to all nodes of
     the element by their distances.
     geom, flex, element, vertex: (ncon, 2), -1 for none. frame: (ncon, 9), the normal first. exclude: (ncon,),
@@ -124,8 +125,11 @@ def merge_contacts(  # pragma: no cover
     on, of each one more than `dims`. vertices: (n, 3) all nodes (m), those of each flex from `first_vertex`
     on. near: how far (m) points, and as a share of 1 m normals, of one contact are apart at most.
     """
-    merged = 0
+    rigid = 0
     for i in range(dist.shape[0]):
+        if geom[i, 0] >= 0 and geom[i, 1] >= 0:
+            rigid += 1
+            continue
         side = 1 if flex[i, 1] >= 0 else 0
         if exclude[i] != 0 or geom[i, 1 - side] < 0 or flex[i, side] < 0:
             continue
@@ -160,9 +164,8 @@ def merge_contacts(  # pragma: no cover
                 apart = max(apart, abs(frame[i, k] - frame[j, k]))
             if apart < near:
                 exclude[i] = 1
-                merged += 1
                 break
-    return merged
+    return rigid
 
 
 @compiled("i4[:,:] i4[:,:] i8 i4[:,:]")

@@ -32,6 +32,8 @@ class SoftBodies:
         self._calls: list[Call] | None = None
         self._nodes: tuple[Any, ...] | None = None
         """Arguments of `merge_contacts` that stay: elements, nodes, and how near they count as one."""
+        self.has_rigid_contacts = False
+        """Whether shapes touch each other in this step."""
         self._surfaces = np.zeros((0, 2), np.int32)
         self._rows: dict[str, Array] = {}
         """Results of `with_flexes`."""
@@ -108,6 +110,7 @@ class SoftBodies:
 
     def merge_contacts(self, model: Any, data: Any) -> None:
         """Give contacts with shapes at nodes to the nodes, once each, after mj_collision."""
+        self.has_rigid_contacts = False
         if not data.ncon:
             return
         if self._nodes is None:
@@ -116,9 +119,10 @@ class SoftBodies:
                 *(data.flexvert_xpos, _ONE_POINT),
             )
         c = data.contact
-        kernels().merge_contacts(
+        rigid = kernels().merge_contacts(
             c.geom, c.flex, c.elem, c.vert, c.dist, c.pos, c.frame, c.exclude, *self._nodes
         )
+        self.has_rigid_contacts = rigid > 0
 
     def surfaces_of(self, contact: Any, geoms: int) -> np.ndarray:
         """Return the (ncon, 2) surfaces of contacts: rows of geoms, then of flexes from `geoms` on."""

@@ -519,7 +519,8 @@ class Stepping:
 
     def _keep_contacts(self, model: Any, data: Any, found: StepRows) -> None:
         """Find the rows that MuJoCo has made, again where points of earlier steps are added."""
-        if not found.look()[0]:
+        soft = self._soft
+        if not found.look()[0] or (soft.by_id and not soft.has_rigid_contacts):
             self.manifolds.forget()
         elif self._update_points(model, data, found):
             mujoco.mj_makeConstraint(model, data)
