@@ -13,6 +13,7 @@ from roboyard.kinematics import (
     from_description,
     jacobian,
 )
+from roboyard.kinematics.steps import plain_steps
 
 POSITION, ORIENTATION = [0.35, 0.2, 0.7], [0.5, 0.5, -0.5, 0.5]
 
@@ -145,10 +146,21 @@ RECORDED = {
 }  # fmt: skip
 
 
+PLAIN = {"iterations", "residual_threshold"}
+
+
 @pytest.mark.parametrize("case", RECORDED)
 def test_plain_descent_is_pybullets(arm, home, case):
     target, options, expected = RECORDED[case]
     assert np.allclose(damped_step_ik(arm, home, target, **options), expected, atol=2e-7)
+
+
+@pytest.mark.parametrize("case", [name for name, (_, options, _) in RECORDED.items() if {*options} <= PLAIN])
+def test_plain_steps_of_checked_arrays_are_pybullets(arm, home, case):
+    target, options, expected = RECORDED[case]
+    steps, threshold = options.get("iterations", 20), options.get("residual_threshold", 1e-4)
+    found = plain_steps(arm, home.copy(), np.array([target], dtype=float), threshold, steps)
+    assert np.allclose(found, expected, atol=2e-7)
 
 
 def test_plain_descent_with_two_tips_is_pybullets(arm_description, home):

@@ -54,6 +54,24 @@ def test_a_script_sees_pybullet_and_its_own_arguments(tmp_path: Path, module: st
     assert (Path(second.split(maxsplit=1)[1]) / "plane.urdf").is_file()
 
 
+def test_a_module_of_the_script_has_the_name_of_pybullets_utilities(tmp_path: Path) -> None:
+    """It is executed when the script imports it, not before, and once."""
+    (tmp_path / "pybullet_utils.py").write_text("print('utilities')\nVALUE = 5\n")
+    text = "print('script')\nimport pybullet, pybullet_utils\nprint(pybullet_utils.VALUE)\n"
+    done = run(tmp_path / "script.py", text, module="roboyard")
+    assert done.stdout.split() == ["script", "utilities", "5"], done.stderr
+
+
+def test_the_client_is_an_attribute_of_the_package(tmp_path: Path) -> None:
+    text = (
+        "import pybullet_utils.bullet_client\n"
+        "from roboyard.pybullet import bullet_client\n"
+        "print(pybullet_utils.bullet_client is bullet_client)\n"
+    )
+    done = run(tmp_path / "script.py", text, module="roboyard")
+    assert done.stdout.split() == ["True"], done.stderr
+
+
 @pytest.mark.parametrize(("leave", "code"), [("sys.exit(7)", 7), ("sys.exit()", 0), ("sys.exit('why')", 1)])
 def test_exit_codes_are_the_scripts(tmp_path: Path, leave: str, code: int) -> None:
     done = run(tmp_path / "script.py", f"import sys, pybullet\n{leave}\n")

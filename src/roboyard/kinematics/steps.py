@@ -203,13 +203,45 @@ def damped_step_ik(
             for name, value in zip(names, pulls, strict=True)
         )
         damping = np.full(chain.size, _NULL_SPACE_DAMPING)
+    pulled = posture, low, high, width
+    return _descend(chain, q, goals, damping, pulled, float(residual_threshold), int(iterations))
+
+
+def plain_steps(chain: ChainArrays, q: Array, goals: Array, residual_threshold: float, most: int) -> Array:
+    """Do what `damped_step_ik` does without damping or pulls, and without a look at the arrays.
+
+    Args:
+        chain: the joints.
+        q: (n,) start (rad or m); it becomes the result.
+        goals: (t, 3) positions (m), or (t, 7) with quaternions x, y, z, w.
+        residual_threshold: the step that starts nearer than this to the target (m) is the last.
+        most: number of steps.
+
+    Returns:
+        (n,) joint positions.
+
+    Raises:
+        ValueError: a goal is not finite, or a quaternion has no length.
+    """
+    return _descend(chain, q, goals, _same_damping(chain.size), _NO_PULLS, residual_threshold, most)
+
+
+def _descend(
+    chain: ChainArrays,
+    q: Array,
+    goals: Array,
+    damping: Array,
+    pulls: tuple[Array, ...],
+    threshold: float,
+    most: int,
+) -> Array:
     whole, real = chain.nodes
     node, local = chain.tip_frames
-    per = 3 if goals.shape[1] == 3 else 6
+    size, per = chain.size, 3 if goals.shape[1] == 3 else 6
     used = _kernels().plain_descent(
-        whole, real, node, local, goals, damping, posture, low, high, width,
-        _REST_GAIN, _LIMIT_GAIN, _LONGEST_STEP, float(residual_threshold), int(iterations),
-        np.empty((chain.size, 6)), np.empty((chain.size, per * len(node))), *work_space(chain), q,
+        whole, real, node, local, goals, damping, *pulls,
+        _REST_GAIN, _LIMIT_GAIN, _LONGEST_STEP, threshold, most,
+        np.empty((size, 6)), np.empty((size, per * len(node))), *work_space(chain), q,
     )  # fmt: skip
     if used < 0:
         raise ValueError(f"target must be finite and quaternions longer than 0, got {goals.tolist()}")
@@ -222,6 +254,7 @@ _NULL_SPACE_DAMPING = 0.36
 _REST_GAIN = 0.001
 _LIMIT_GAIN = 10.0
 _LONGEST_STEP = np.pi / 4
+_NO_PULLS = (_NONE,) * 4
 
 
 @lru_cache(maxsize=64)

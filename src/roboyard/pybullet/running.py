@@ -7,11 +7,11 @@ import runpy
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.machinery import SourceFileLoader
-from importlib.util import find_spec
+from importlib.machinery import ModuleSpec, SourceFileLoader
 from io import open_code
 from pathlib import Path
 from types import ModuleType, TracebackType
+from typing import Any
 
 from roboyard._lazy import freeze, paused_collection
 from roboyard._numpy import load_numpy
@@ -22,9 +22,10 @@ from roboyard.pybullet.functions import PRELOADED
 REPLACEMENTS = {
     "pybullet": "roboyard.pybullet",
     "pybullet_data": "roboyard.pybullet_data",
-    "pybullet_utils.bullet_client": "roboyard.pybullet.bullet_client",
 }
 """Module that scripts import to the module that replaces it."""
+_UTILITIES = "pybullet_utils"
+_CLIENT = f"{_UTILITIES}.bullet_client"
 USAGE_ERROR = 2
 """Exit code for a wrong command line."""
 
@@ -41,6 +42,35 @@ def main(arguments: Sequence[str]) -> int:
     return run_script(script, rest)
 
 
+class _Utilities:
+    """Finds `pybullet_utils.bullet_client` or, with `is_package`, the package, where no one else finds it.
+
+    Neither is imported before a script asks for it: it may have a module of that name itself. It has the
+    methods of finders and loaders without their base classes, which take long to load.
+    """
+
+    def __init__(self, *, is_package: bool) -> None:
+        self._is_package = is_package
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if fullname != (_UTILITIES if self._is_package else _CLIENT):
+            return None
+        loader: Any = self
+        return ModuleSpec(fullname, loader, origin="roboyard", is_package=self._is_package)
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        """Let Python create the module."""
+        return None
+
+    def exec_module(self, module: ModuleType) -> None:
+        if self._is_package:
+            module.__doc__ = f"Replaces {_UTILITIES}, which is not installed."
+        else:
+            sys.modules[module.__name__] = import_module("roboyard.pybullet.bullet_client")
+
+
 def install() -> None:
     """Make `import pybullet`, `pybullet_data` and `pybullet_utils.bullet_client` find Roboyard's modules.
 
@@ -48,11 +78,9 @@ def install() -> None:
     """
     for name, replacement in REPLACEMENTS.items():
         sys.modules[name] = import_module(replacement)
-    if "pybullet_utils" not in sys.modules and find_spec("pybullet_utils") is None:
-        package = ModuleType("pybullet_utils", "Replaces pybullet_utils, which is not installed.")
-        package.__path__ = []
-        sys.modules["pybullet_utils"] = package
-    setattr(import_module("pybullet_utils"), "bullet_client", sys.modules["pybullet_utils.bullet_client"])  # noqa: B010
+    client: Any = _Utilities(is_package=False)
+    package: Any = _Utilities(is_package=True)
+    sys.meta_path[:] = [client, *sys.meta_path, package]
 
 
 YOUNG_OBJECTS = 10_000

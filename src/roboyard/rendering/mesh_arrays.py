@@ -8,7 +8,7 @@ import numpy as np
 
 from roboyard._arrays import NDArray
 from roboyard._records import dataclass
-from roboyard.rendering.smoothing import closed_faces, creased_normals, face_normals, join_corners
+from roboyard.rendering.smoothing import closed_faces, creased_normals, face_forward, join_corners
 from roboyard.shapes.mesh import TriangleMesh, bounding_box
 
 
@@ -90,11 +90,9 @@ def _corner_normals(
     """Return (m, 3, 3) corner normals on the front side: the file's, or computed ones if these are bad."""
     if mesh.normals is None:
         return creased_normals(places, faces)
-    given = mesh.normals[mesh.faces[index]]
-    length = np.linalg.norm(given, axis=2, keepdims=True)
-    usable = np.isfinite(length).all() and bool((length > 1e-6).all())
-    if not usable:
-        return creased_normals(places, faces)
-    given = given / length
-    front = np.einsum("ijk,ik->ij", given, face_normals(places, faces))
-    return np.ascontiguousarray(np.where(front[..., None] < 0.0, -given, given), dtype=np.float32)
+    corners = np.ascontiguousarray(mesh.faces[index], dtype=np.int64)
+    out = np.empty((len(faces), 3, 3), dtype=np.float32)
+    numbers = np.ascontiguousarray(faces, dtype=np.int64)
+    given = np.ascontiguousarray(mesh.normals, dtype=np.float64)
+    is_usable = face_forward(given, corners, np.ascontiguousarray(places, dtype=np.float64), numbers, out)
+    return out if is_usable else creased_normals(places, faces)

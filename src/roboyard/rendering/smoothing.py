@@ -94,14 +94,6 @@ def _scattered(numbers: NDArray[np.uint64]) -> NDArray[np.uint64]:
     return mixed ^ (mixed >> np.uint64(31))
 
 
-def face_normals(vertices: NDArray, faces: NDArray) -> NDArray[np.float64]:
-    """Return (m, 3) unit normals of the counter-clockwise sides; zero for faces without area."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
-
-
 def creased_normals(vertices: NDArray, faces: NDArray, cosine: float = CREASE_COSINE) -> NDArray[np.float32]:
     """Return (m, 3, 3) unit normals of the corners of the faces.
 
@@ -117,6 +109,41 @@ def creased_normals(vertices: NDArray, faces: NDArray, cosine: float = CREASE_CO
     out = np.empty((len(faces), 3, 3), dtype=np.float32)
     _average(normals, angle, order, start, float(cosine), out)
     return out
+
+
+@compiled("f8[:,::1] i8[:,::1] f8[:,::1] i8[:,::1] f4[:,:,::1] -> i8", releases_gil=True)
+def face_forward(given, places, vertices, faces, out):
+    """Write the unit normal of each corner, on the front side of its face; return whether all can be used.
+
+    given: (k, 3) normals of any length. places: (m, 3), those of the corners. vertices: (n, 3) (m).
+    faces: (m, 3). out: (m, 3, 3), written. None can be used that is not finite or shorter than 1e-6.
+    """
+    for face in range(len(faces)):
+        a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
+        x0, y0, z0 = (
+            vertices[b, 0] - vertices[a, 0],
+            vertices[b, 1] - vertices[a, 1],
+            vertices[b, 2] - vertices[a, 2],
+        )
+        x1, y1, z1 = (
+            vertices[c, 0] - vertices[a, 0],
+            vertices[c, 1] - vertices[a, 1],
+            vertices[c, 2] - vertices[a, 2],
+        )
+        x, y, z = y0 * z1 - z0 * y1, z0 * x1 - x0 * z1, x0 * y1 - y0 * x1
+        for corner in range(3):
+            normal = places[face, corner]
+            u, v, w = given[normal, 0], given[normal, 1], given[normal, 2]
+            length = math.sqrt(u * u + v * v + w * w)
+            if not (1e-6 < length < math.inf):
+                return 0
+            u, v, w = u / length, v / length, w / length
+            if u * x + v * y + w * z < 0.0:
+                u, v, w = -u, -v, -w
+            out[face, corner, 0] = u
+            out[face, corner, 1] = v
+            out[face, corner, 2] = w
+    return 1
 
 
 @compiled("i8[::1] i8[::1] i8[::1] -> i8", releases_gil=True)

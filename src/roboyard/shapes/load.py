@@ -47,6 +47,8 @@ _READERS = {
 MESH_SUFFIXES = tuple(_READERS)
 
 _cache: OrderedDict[tuple[str, int, int], TriangleMesh] = OrderedDict()
+_cached = [0]
+"""Bytes of the meshes in `_cache`."""
 _by_content: WeakValueDictionary[tuple[str, bytes], TriangleMesh] = WeakValueDictionary()
 """Meshes in memory by the suffix and a digest of their files: a copy of a file is not read again."""
 _external: WeakKeyDictionary[TriangleMesh, tuple[tuple[str, bytes], ...]] = WeakKeyDictionary()
@@ -78,9 +80,11 @@ def load_mesh(path: Path | str) -> TriangleMesh:
             return _cache[key]
     mesh = _read(file, state.st_size)
     with _cache_lock:
+        if key not in _cache:
+            _cached[0] += _bytes(mesh)
         _cache[key] = mesh
-        while len(_cache) > 1 and sum(map(_bytes, _cache.values())) > CACHE_BYTES:
-            _cache.popitem(last=False)
+        while len(_cache) > 1 and _cached[0] > CACHE_BYTES:
+            _cached[0] -= _bytes(_cache.popitem(last=False)[1])
     return mesh
 
 
@@ -115,6 +119,7 @@ def clear_cache() -> None:
     """Empty the cache of meshes and images."""
     with _cache_lock:
         _cache.clear()
+        _cached[0] = 0
     clear_images()
 
 

@@ -11,12 +11,13 @@ import numpy as np
 
 from roboyard._arrays import ArrayLike
 from roboyard._mujoco import mujoco
-from roboyard.description.model import JointType, RobotDescription
+from roboyard.description.model import JointType, Plane, RobotDescription
 from roboyard.errors import RoboyardError, StaleHandleError, unknown_name
 from roboyard.sim.build.bodies import build
 from roboyard.sim.build.mesh_assets import MeshAssets
 from roboyard.sim.build.planned import PlannedBody
-from roboyard.sim.build.records import Built
+from roboyard.sim.build.records import Built, BuiltLink
+from roboyard.sim.build.repeated import build_repeated
 from roboyard.sim.engine import Engine
 from roboyard.sim.joint import POSITION_SIZE, VELOCITY_SIZE, Joint
 from roboyard.sim.link import Link
@@ -313,8 +314,7 @@ class Body:
         if not self.is_fixed:
             return
         root = self.built.links[0]
-        planes = any(geom.type == mujoco.mjtGeom.mjGEOM_PLANE for geom in (*root.geoms, *root.visuals))
-        if self.built.is_ground or planes:
+        if self.built.is_ground or _has_plane(root):
             raise RoboyardError(f"body {self.name!r} is infinite or part of the world and cannot move")
         self.built.free_joint = root.element.add_freejoint(name=f"{root.element.name}/free", align=0)
         self.built.dofs += 6
@@ -388,6 +388,10 @@ class Body:
         plan = self.form
         assert isinstance(plan, PlannedBody)
         self._plan = plan
+        repeated = build_repeated(spec, plan)
+        if repeated is not None:
+            self.form, self._plan_edits = repeated, self.world.element_edits
+            return
         self.form = build(
             spec, assets, plan.description, plan.prefix, plan.position, plan.quaternion, plan.options
         )
@@ -463,6 +467,15 @@ class Body:
         self.first_dof = int(moving.min()) if len(moving) else -1
         self._positions = _as_slice(self.qpos_addresses[self._scalar])
         self._velocities = _as_slice(self.dof_addresses[self._scalar])
+
+
+def _has_plane(record: BuiltLink) -> bool:
+    """Return whether a fixed link has an infinite plane."""
+    link = record.link
+    if link is None:
+        return any(geom.type == mujoco.mjtGeom.mjGEOM_PLANE for geom in (*record.geoms, *record.visuals))
+    shapes = (*link.collisions, *(link.visuals if record.visuals else ()))  # reading types takes 0.04 s once
+    return any(isinstance(shape.geometry, Plane) for shape in shapes)
 
 
 def _dof_offsets(joints: Sequence[Joint], form: Built | PlannedBody) -> tuple[int, ...]:

@@ -117,9 +117,12 @@ class Joint:
     def limit_places(self) -> tuple[Array, ...] | None:
         """Return MuJoCo's (2,) limits for writing, if they are there now; None for a joint without any."""
         elements, world = self._built.joint_elements, self.body.world
-        if not elements or not self.is_scalar or elements[0].limited != 1:
+        if not elements or not self.is_scalar:
             return None
-        return () if world.is_stale else (world.live_model.jnt_range[elements[0].id],)
+        if world.is_stale:
+            return () if elements[0].limited == 1 else None
+        model, row = world.live_model, elements[0].id
+        return (model.jnt_range[row],) if model.jnt_limited[row] else None
 
     def keep_limits(self, numbers: Array) -> None:
         """Write (2,) position limits (rad or m) of a limited joint into the spec."""

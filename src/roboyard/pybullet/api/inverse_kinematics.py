@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard._lazy import lazy_module
 from roboyard.pybullet.api.bodies import base_inertial_pose
 from roboyard.pybullet.face.arguments import floats, number, quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
+
+steps = lazy_module("roboyard.kinematics.steps")
 
 Vector = Sequence[float]
 _FAILED = "Error in calculateInverseKinematics"
@@ -129,8 +132,6 @@ def _solve(
     null_space: tuple[Vector | None, ...], damping: Vector | None, current: Vector | None, iterations: int,
     threshold: float,
 ) -> tuple[float, ...]:  # fmt: skip
-    from roboyard.kinematics import damped_step_ik
-
     message = _FAILED if current is None else _WRONG_CURRENT
     record = scene.ready(body, message)
     chain = record.chains.get((*links,))
@@ -144,8 +145,12 @@ def _solve(
     targets = np.array(
         [in_base(record, *_of_link(record, link, *goal)) for link, goal in zip(links, goals, strict=True)]
     )
+    first, second, third, last = null_space
+    has_pulls = not (first is None or second is None or third is None or last is None)
+    if damping is None and current is None and not has_pulls:
+        return tuple(steps().plain_steps(chain, start, targets, threshold, max(iterations, 0)).tolist())
     keywords: dict[str, Any] = {}
-    if not any(values is None for values in null_space):
+    if has_pulls:
         given = [_complete(values, chain.size) for values in null_space]
         if not any(values is None for values in given):
             keywords = dict(zip(("lower", "upper", "ranges", "rest"), given, strict=True))
@@ -154,7 +159,7 @@ def _solve(
     damping_values = None if damping is None else _complete(damping, chain.size)
     if damping_values is not None:
         keywords["joint_damping"] = damping_values
-    answer = damped_step_ik(
+    answer = steps().damped_step_ik(
         chain, start, targets if len(targets) > 1 else targets[0], iterations=max(iterations, 0),
         residual_threshold=threshold, **keywords,
     )  # fmt: skip

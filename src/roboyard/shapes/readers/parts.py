@@ -10,6 +10,7 @@ import numpy as np
 from roboyard._arrays import NDArray
 from roboyard._lazy import LazyLogger
 from roboyard._records import dataclass
+from roboyard.shapes.distinct_rows import sorted_rows
 from roboyard.shapes.mesh import TriangleMesh, read_only, shared
 from roboyard.shapes.readers.texture_atlas import pack_textures
 
@@ -99,17 +100,18 @@ def part_from_corners(
     """
     check_indices("vertex", corners, len(positions))
     normals, uv = _if_valid("normal", normals), _if_valid("texture coordinate", uv)
-    index = [corners.ravel(), *(pair[1].ravel() for pair in (normals, uv) if pair is not None)]
-    key = index[0].astype(np.int64)
-    for more in index[1:]:
-        _, key = np.unique(key, return_inverse=True)
-        key = key.astype(np.int64) * (int(more.max(initial=0)) + 1) + more
-    _, first, faces = np.unique(key, return_index=True, return_inverse=True)
+    rows = np.zeros((corners.size, 3), np.int64)
+    rows[:, 0] = corners.ravel()
+    for column, pair in ((1, normals), (2, uv)):
+        if pair is not None:
+            rows[:, column] = pair[1].ravel()
+    first, faces = sorted_rows(rows, len(positions))
+    distinct = rows[first]
     return Part(
-        vertices=positions[index[0][first]],
+        vertices=positions[distinct[:, 0]],
         faces=faces.reshape(-1, 3),
-        normals=None if normals is None else normals[0][normals[1].ravel()[first]],
-        uv=None if uv is None else uv[0][uv[1].ravel()[first]],
+        normals=None if normals is None else normals[0][distinct[:, 1]],
+        uv=None if uv is None else uv[0][distinct[:, 2]],
         color=color,
         texture=texture,
     )

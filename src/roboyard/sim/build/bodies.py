@@ -24,13 +24,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.description.mass_properties import MASSLESS_FRACTION
 from roboyard.description.model import RobotDescription, Source
 from roboyard.errors import MeshError
 from roboyard.sim.build.geoms import add_collision, add_visual
 from roboyard.sim.build.joints import add_joint, add_mimics
 from roboyard.sim.build.loops import add_loops
-from roboyard.sim.build.masses import LEAST_SHARE, simulated_masses, write_mass
+from roboyard.sim.build.masses import masses_of, write_mass
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
 from roboyard.transforms import Array, to_wxyz
 
@@ -120,8 +119,7 @@ def _build_into(
     options: BuildOptions,
 ) -> None:
     root = description.root
-    share = LEAST_SHARE if options.hard else MASSLESS_FRACTION
-    masses = simulated_masses(description, fixed_base=options.fixed_base, scale=options.scale, share=share)
+    masses = masses_of(description, options)
     body = spec.worldbody.add_body(name=f"{prefix}{root.name}", pos=position, quat=to_wxyz(quaternion))
     record = BuiltLink(name=root.name, parent=-1, element=body, link=root, mass=masses[root.name])
     record.is_static = options.fixed_base

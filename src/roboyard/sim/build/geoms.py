@@ -58,15 +58,7 @@ def add_collision(
     static = record.is_static
     may_be_concave = static or options.searches_meshes
     is_concave = may_be_concave and collision.concave and isinstance(collision.geometry, Mesh)
-    contact = record.link.contact if record.link is not None else None
-    fields = {
-        "contype": options.contype,
-        "conaffinity": options.conaffinity,
-        "condim": _contact_dimension(contact),
-        "friction": _friction(contact),
-        "solref": CONTACT_SOLREF,
-        "solimp": CONTACT_SOLIMP,
-    }
+    fields = contact_fields(record.link.contact if record.link is not None else None, options)
     if is_concave:
         is_there = _add_triangles(record, spec, assets, collision, options, fields)
     else:
@@ -80,6 +72,18 @@ def add_collision(
             record.geoms.append(geom)
     if not is_there:
         notes.append(f'link "{record.name}": collision shape has no size or no mesh; skipped')
+
+
+def contact_fields(contact: Contact | None, options: BuildOptions) -> dict[str, Any]:
+    """Return what a geom of a collision shape has besides its shape and pose."""
+    return {
+        "contype": options.contype,
+        "conaffinity": options.conaffinity,
+        "condim": _contact_dimension(contact),
+        "friction": _friction(contact),
+        "solref": CONTACT_SOLREF,
+        "solimp": CONTACT_SOLIMP,
+    }
 
 
 def _add_triangles(
@@ -214,7 +218,7 @@ def geom_arguments(
     extra: dict[str, Any] = {}
     match geometry:
         case Box() | Sphere() | Cylinder() | Capsule():
-            kind, size, used = plain_size(geometry, scale)
+            return plain_arguments(geometry, origin, scale)
         case Plane():
             quaternion = multiply(quaternion, turn_z_to(np.asarray(geometry.normal, dtype=float)))
             if static:
@@ -242,6 +246,17 @@ def geom_arguments(
     if not (used > SMALLEST).all():
         return None
     return {"type": kind, "size": size, "pos": position, "quat": to_wxyz(quaternion), **extra}
+
+
+def plain_arguments(
+    geometry: Box | Sphere | Cylinder | Capsule, origin: Pose, scale: float
+) -> dict[str, Any] | None:
+    """Return the type, size and pose of a primitive's geom; None for one without size."""
+    kind, size, used = plain_size(geometry, scale)
+    if not (used > SMALLEST).all():
+        return None
+    position = np.asarray(origin.position, dtype=float) * scale
+    return {"type": kind, "size": size, "pos": position, "quat": to_wxyz(np.asarray(origin.quaternion))}
 
 
 def plain_size(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from roboyard.description.mass_properties import (
 )
 from roboyard.description.model import RobotDescription
 from roboyard.transforms import to_wxyz
+
+if TYPE_CHECKING:
+    from roboyard.sim.build.records import BuildOptions
 
 LEAST_SHARE = 1e-12
 """Share of a robot's mass for its massless parts where joints have no drives that need more, as those of an
@@ -40,15 +43,29 @@ def simulated_masses(
     return masses
 
 
+def masses_of(description: RobotDescription, options: BuildOptions) -> dict[str, MassProperties | None]:
+    """Return `simulated_masses` of a body that is built with options."""
+    share = LEAST_SHARE if options.hard else MASSLESS_FRACTION
+    return simulated_masses(description, fixed_base=options.fixed_base, scale=options.scale, share=share)
+
+
 def write_mass(element: Any, mass: MassProperties | None) -> None:
     """Write mass properties into a spec body; None and mass 0 make it massless, about its own frame."""
-    element.explicitinertial = True
+    for name, value in mass_fields(mass).items():
+        setattr(element, name, value)
+
+
+def mass_fields(mass: MassProperties | None) -> dict[str, Any]:
+    """Return the fields of a spec body that `write_mass` writes."""
     if mass is None or mass.mass == 0.0:
-        element.mass = 0.0
-        element.ipos, element.iquat = np.zeros(3), (1.0, 0.0, 0.0, 0.0)
-        element.inertia = np.zeros(3)
-        return
-    element.mass = mass.mass
-    element.ipos = mass.position
-    element.iquat = to_wxyz(mass.quaternion)
-    element.inertia = mass.principal
+        nowhere, unturned = np.zeros(3), (1.0, 0.0, 0.0, 0.0)
+        return {
+            "explicitinertial": True, "mass": 0.0, "ipos": nowhere, "iquat": unturned, "inertia": nowhere,
+        }  # fmt: skip
+    return {
+        "explicitinertial": True,
+        "mass": mass.mass,
+        "ipos": mass.position,
+        "iquat": to_wxyz(mass.quaternion),
+        "inertia": mass.principal,
+    }

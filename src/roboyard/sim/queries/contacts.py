@@ -70,12 +70,13 @@ def contact_arrays(world: Engine[Body]) -> ContactArrays:
         for flex, body_id in world.flex_owners().items():
             owners[contact.flex.reshape(k, 2) == flex] = body_id, 0
     owners = owners.reshape(k, 4)
+    there = contact.exclude == 0 if model.nflex else slice(None)  # others are merged with one of these
     return ContactArrays(
-        owners=owners,
-        position=contact.pos.reshape(k, 3).copy(),
-        frame=contact.frame.reshape(k, 3, 3).copy(),
-        distance=contact.dist.copy(),
-        force=force,
+        owners=owners[there],
+        position=contact.pos.reshape(k, 3)[there].copy(),
+        frame=contact.frame.reshape(k, 3, 3)[there].copy(),
+        distance=contact.dist[there].copy(),
+        force=force[there],
     )
 
 

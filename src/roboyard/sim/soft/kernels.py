@@ -106,3 +106,89 @@ def add_solid_forces(  # pragma: no cover
                 force[dof + 3 * nodes[k, c + 1] + r] += part
                 total += part
             force[dof + 3 * a + r] -= total
+
+
+@compiled(
+    "i4[:,:] i4[:,:] i4[:,:] i4[:,:] f8[:] f8[:,:] f8[:,:] i4[:] i4[:] i4[:] i4[:] i4[:] f8[:,:] f8 -> i8"
+)
+def merge_contacts(  # pragma: no cover
+    geom, flex, element, vertex, dist, position, frame, exclude, elements, first_element, dims, first_vertex,
+    vertices, near,
+):  # fmt: skip
+    """Give contacts of elements with shapes at a node to the node, once.
+
+    Returns how many contacts are of two shapes.
+    MuJoCo finds one for each element of which the node is a part, and shares its forces out to all nodes of
+    the element by their distances.
+    geom, flex, element, vertex: (ncon, 2), -1 for none. frame: (ncon, 9), the normal first. exclude: (ncon,),
+    1 where a contact gets no rows. elements: nodes of all elements, those of each flex from `first_element`
+    on, of each one more than `dims`. vertices: (n, 3) all nodes (m), those of each flex from `first_vertex`
+    on. near: how far (m) points, and as a share of 1 m normals, of one contact are apart at most.
+    """
+    rigid = 0
+    for i in range(dist.shape[0]):
+        if geom[i, 0] >= 0 and geom[i, 1] >= 0:
+            rigid += 1
+            continue
+        side = 1 if flex[i, 1] >= 0 else 0
+        if exclude[i] != 0 or geom[i, 1 - side] < 0 or flex[i, side] < 0:
+            continue
+        if element[i, side] >= 0:
+            body = flex[i, side]
+            count = dims[body] + 1
+            start = first_element[body] + element[i, side] * count
+            for k in range(start, start + count):
+                v = first_vertex[body] + elements[k]
+                x, y, z = (
+                    position[i, 0] - vertices[v, 0],
+                    position[i, 1] - vertices[v, 1],
+                    position[i, 2] - vertices[v, 2],
+                )
+                along = x * frame[i, 0] + y * frame[i, 1] + z * frame[i, 2]
+                x -= along * frame[i, 0]
+                y -= along * frame[i, 1]
+                z -= along * frame[i, 2]
+                if max(abs(x), abs(y), abs(z)) < near:
+                    element[i, side] = -1
+                    vertex[i, side] = elements[k]
+                    break
+        if vertex[i, side] < 0:
+            continue
+        for j in range(i):
+            if exclude[j] != 0 or vertex[j, side] != vertex[i, side] or flex[j, side] != flex[i, side]:
+                continue
+            if geom[j, 1 - side] != geom[i, 1 - side]:
+                continue
+            apart = 0.0
+            for k in range(3):
+                apart = max(apart, abs(frame[i, k] - frame[j, k]))
+            if apart < near:
+                exclude[i] = 1
+                break
+    return rigid
+
+
+@compiled("i4[:,:] i4[:,:] i8 i4[:,:]")
+def name_surfaces(geom, flex, geoms, surface):  # pragma: no cover
+    """Write the (ncon, 2) surfaces of contacts: rows of geoms, then of flexes from `geoms` on."""
+    for i in range(geom.shape[0]):
+        for k in range(2):
+            surface[i, k] = geom[i, k] if geom[i, k] >= 0 else flex[i, k] + geoms
+
+
+@compiled("i4[:] i4[:,:] f8[:] f8[:] f8[:] -> f8")
+def rigid_change(address, flex, force, before, reference):  # pragma: no cover
+    """Return the largest change of the normal references of rigid contacts that push, or begin to (m/s²).
+
+    address: (ncon,) rows of the normals, -1 for none. flex: (ncon, 2), -1 for none. force, before, reference:
+    (nefc,).
+    """
+    largest = 0.0
+    for i in range(address.shape[0]):
+        row = address[i]
+        if row < 0 or flex[i, 0] >= 0 or flex[i, 1] >= 0:
+            continue
+        change = reference[row] - before[row]
+        if force[row] > 0.0 or change > 0.0:
+            largest = max(largest, abs(change))
+    return largest

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard._lazy import lazy_module
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.transforms import Array
@@ -13,6 +14,11 @@ from roboyard.transforms import Array
 if TYPE_CHECKING:
     from roboyard.sim.soft.forces import Call
     from roboyard.sim.soft.soft_body import SoftBody
+
+kernels = lazy_module("roboyard.sim.soft.kernels")
+
+_ONE_POINT = 1e-6
+"""How near (m) a contact of a node is to the line along its normal, and its normal to that of its copy."""
 
 
 class SoftBodies:
@@ -24,6 +30,13 @@ class SoftBodies:
         """The soft bodies."""
         self._parts = (0.0, 0)
         self._calls: list[Call] | None = None
+        self._nodes: tuple[Any, ...] | None = None
+        """Arguments of `merge_contacts` that stay: elements, nodes, and how near they count as one."""
+        self.has_rigid_contacts = False
+        """Whether shapes touch each other in this step."""
+        self._surfaces = np.zeros((0, 2), np.int32)
+        self._rows: dict[str, Array] = {}
+        """Results of `with_flexes`."""
 
     def __bool__(self) -> bool:
         return bool(self.by_id)
@@ -46,7 +59,8 @@ class SoftBodies:
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
-        self._calls = None
+        self._calls = self._nodes = None
+        self._rows = {}
 
     def parts(self, timestep: float) -> int:
         """Return into how many parts a time step (s) has to be divided."""
@@ -94,15 +108,45 @@ class SoftBodies:
         address = contact.efc_address[np.unique(np.concatenate(found))]
         return address[address >= 0]
 
+    def merge_contacts(self, model: Any, data: Any) -> None:
+        """Give contacts with shapes at nodes to the nodes, once each, after mj_collision."""
+        self.has_rigid_contacts = False
+        if not data.ncon:
+            return
+        if self._nodes is None:
+            self._nodes = (
+                *(model.flex_elem, model.flex_elemdataadr, model.flex_dim, model.flex_vertadr),
+                *(data.flexvert_xpos, _ONE_POINT),
+            )
+        c = data.contact
+        rigid = kernels().merge_contacts(
+            c.geom, c.flex, c.elem, c.vert, c.dist, c.pos, c.frame, c.exclude, *self._nodes
+        )
+        self.has_rigid_contacts = rigid > 0
+
     def surfaces_of(self, contact: Any, geoms: int) -> np.ndarray:
         """Return the (ncon, 2) surfaces of contacts: rows of geoms, then of flexes from `geoms` on."""
-        return np.where(contact.geom >= 0, contact.geom, contact.flex + geoms).astype(np.int32)
+        geom = contact.geom
+        if len(self._surfaces) < len(geom):
+            self._surfaces = np.zeros((2 * len(geom), 2), np.int32)
+        found = self._surfaces[: len(geom)]
+        kernels().name_surfaces(geom, contact.flex, geoms, found)
+        return found
 
-    def with_flexes(self, rows: Array, flexes: Array | float) -> Array:
-        """Return (ngeom, ...) numbers of geoms, then (nflex, ...) those of flexes."""
-        count = self._world.live_model.nflex
-        more = np.broadcast_to(flexes, (count, *rows.shape[1:]))
-        return np.concatenate([rows, more])
+    def with_flexes(self, name: str, rows: Array, flexes: Array | float) -> Array:
+        """Return (ngeom, ...) numbers of geoms, then (nflex, ...) those of flexes.
+
+        Args:
+            name: of the numbers; the result is valid until the next call with it.
+            rows: of geoms.
+            flexes: of flexes.
+        """
+        known, count = self._rows.get(name), len(rows)
+        if known is None:
+            shape = count + self._world.live_model.nflex, *rows.shape[1:]
+            known = self._rows[name] = np.zeros(shape)
+        known[:count], known[count:] = rows, flexes
+        return known
 
     def owner_of_flex(self) -> dict[int, int]:
         """Return the body id of each flex."""

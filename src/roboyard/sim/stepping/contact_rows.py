@@ -37,7 +37,14 @@ _NO_ROWS = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
 Collide = Callable[[Callable[..., None], Any, Any], None]
 
 
-def first_half(lengths: np.ndarray | None, welds: np.ndarray | None, model: Any, data: Any) -> None:
+def first_half(
+    lengths: np.ndarray | None,
+    welds: np.ndarray | None,
+    model: Any,
+    data: Any,
+    *,
+    merge: Callable[[Any, Any], None] | None = None,
+) -> None:
     """Do what mj_step1 does.
 
     Args:
@@ -45,15 +52,26 @@ def first_half(lengths: np.ndarray | None, welds: np.ndarray | None, model: Any,
         welds: (2, nbody) of `touching_welds`.
         model: MjModel.
         data: MjData.
+        merge: called with both once contacts are found, before they have rows.
     """
-    mujoco.mj_step1(model, data)
-    if welds is not None:
+    if merge is None:
+        mujoco.mj_step1(model, data)
+    else:
+        without(_NO_CONTACTS, mujoco.mj_step1, model, data)
+    if welds is not None or merge is not None:
         find_with_welds(welds, model, data)
+    if merge is not None:
+        merge(model, data)
     if lengths is not None:
         data.cdof *= lengths[:, None]
         mujoco.mj_makeM(model, data)
         mujoco.mj_factorM(model, data)
-    if welds is not None or lengths is not None:
+    if merge is not None and welds is None and lengths is None:
+        mujoco.mj_makeConstraint(model, data)
+        mujoco.mj_island(model, data)
+        mujoco.mj_projectConstraint(model, data)
+        mujoco.mj_referenceConstraint(model, data)
+    elif welds is not None or lengths is not None:
         mujoco.mj_makeConstraint(model, data)
         mujoco.mj_island(model, data)
         mujoco.mj_projectConstraint(model, data)

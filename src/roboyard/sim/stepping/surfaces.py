@@ -23,6 +23,7 @@ from roboyard.transforms import Array
 
 changes = lazy_module("roboyard.sim.stepping.manifold_changes")
 kernels = lazy_module("roboyard.sim.stepping.kernels")
+soft_kernels = lazy_module("roboyard.sim.soft.kernels")
 surface_shifts = lazy_module("roboyard.sim.stepping.narrow_phase.surface_shifts")
 
 SLIDING_ITERATIONS = 4
@@ -333,11 +334,12 @@ class Surfaces:
         margins, reaches = self.margins_and_reaches(model, data)
         if self.soft:
             geom = self.soft.surfaces_of(contact, len(coefficients))
-            coefficients = self.soft.with_flexes(coefficients, self._flex_friction)
-            restitution = self.soft.with_flexes(np.asarray(restitution), 0.0)
-            compliance = self.soft.with_flexes(compliance, 0.0)
-            margins = self.soft.with_flexes(margins, 0.0)
-            reaches = self.soft.with_flexes(reaches, np.inf)
+            with_flexes = self.soft.with_flexes
+            coefficients = with_flexes("friction", coefficients, self._flex_friction)
+            restitution = with_flexes("restitution", np.asarray(restitution), 0.0)
+            compliance = with_flexes("compliance", compliance, 0.0)
+            margins = with_flexes("margins", margins, 0.0)
+            reaches = with_flexes("reaches", reaches, np.inf)
         if profile.product_friction:
             kernels().product_friction(coefficients, geom, dim, address, friction, contact.mu, *weights)
         if self._world.hard_contacts:
@@ -377,19 +379,15 @@ class Surfaces:
             return
         # MuJoCo does not move a step's constraint arrays before the next step
         force, (_, reference) = data.efc_force, self._references
-        rigid = None
-        if self.soft:
-            contact = data.contact
-            rigid = contact.efc_address[(contact.flex < 0).all(axis=1) & (contact.efc_address >= 0)]
+        contact = data.contact if self.soft else None
 
         def correct() -> float:
-            before = None if rigid is None else reference[rigid]
+            before = reference.copy() if self.soft else reference
             largest = kernels().correct_sliding(*self._sliding, force, timestep, *self._references)
-            if before is None or not SLIDING_TOLERANCE <= largest < SOFT_SLIDING_TOLERANCE:
+            if contact is None or not SLIDING_TOLERANCE <= largest < SOFT_SLIDING_TOLERANCE:
                 return largest
-            change = reference[rigid] - before
-            counts = (force[rigid] > 0.0) | (change > 0.0)
-            return timestep * float(np.abs(change[counts]).max(initial=0.0))
+            rows = contact.efc_address, contact.flex, force
+            return timestep * soft_kernels().rigid_change(*rows, before, reference)
 
         self.solve_slides(model, data, self._sliding[-1], correct)
 

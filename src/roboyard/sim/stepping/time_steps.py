@@ -321,7 +321,8 @@ class Stepping:
 
     def _first_half(self) -> Callable[[Any, Any], None]:
         """Return what mj_step1 does in this world."""
-        return partial(first_half, self._world.axis_lengths(), self.in_turn.contact_rows.welds)
+        merge = self._soft.merge_contacts if self._soft.by_id else None
+        return partial(first_half, self._world.axis_lengths(), self.in_turn.contact_rows.welds, merge=merge)
 
     def _flags_of_fields(self, model: Any, data: Any) -> int:
         """Return MuJoCo's flags with which it leaves room for the points of shapes on height fields."""
@@ -519,7 +520,8 @@ class Stepping:
 
     def _keep_contacts(self, model: Any, data: Any, found: StepRows) -> None:
         """Find the rows that MuJoCo has made, again where points of earlier steps are added."""
-        if not found.look()[0]:
+        soft = self._soft
+        if not found.look()[0] or (soft.by_id and not soft.has_rigid_contacts):
             self.manifolds.forget()
         elif self._update_points(model, data, found):
             mujoco.mj_makeConstraint(model, data)

@@ -46,6 +46,7 @@ from roboyard.transforms import conjugate, multiply, rotate
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
 _FAILED, _ARRAY_FAILED = "createVisualShape failed.", "createVisualShapeArray failed."
@@ -155,21 +156,16 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
     if record is None:
         return ()
     with_textures = bool(whole(flags) & c.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS)
-    rendered_shapes = scene.world.render_shapes.of(record.body)
+    colors = _colors(scene, record)
     rows = []
     for index, link in enumerate(record.model.links):
         shapes = link.visuals or link.collisions
-        for place, (shape, rendered) in enumerate(zip(shapes, rendered_shapes.get(index, ()), strict=False)):
+        for place, (shape, color) in enumerate(zip(shapes, colors.get(index, ()), strict=False)):
             kind, size, file = _visual_description(shape.geometry)
             file = _as_found(record, shape.geometry, file)
             row = (
                 *(record.number, index - 1, kind, size, file),
-                *(
-                    tuple(shape.origin.position),
-                    own_orientation(shape),
-                    record.colors.get(index)
-                    or (_WHITE if rendered.shape.use_mesh_colors else tuple(rendered.shape.rgba)),
-                ),
+                *(tuple(shape.origin.position), own_orientation(shape), record.colors.get(index) or color),
             )
             if with_textures:
                 row = (*row, scene.textures.of_shape(record, index, place, scene.world))
@@ -286,6 +282,38 @@ def setDebugObjectColor(
 
 
 # ------------------------------------------------------------------------------------------------- helpers
+
+
+def _colors(scene: PhysicsScene, record: BodyRecord) -> dict[int, list[tuple[float, ...]]]:
+    """Return the colours of the shapes that are drawn, by link, before scripts changed them.
+
+    Those of a description are known without its meshes.
+    """
+    body = record.body
+    if body.description is None:
+        found = scene.world.render_shapes.of(body)
+        shapes_of = {index: [drawn.shape for drawn in shapes] for index, shapes in found.items()}
+        return {
+            index: [_WHITE if shape.use_mesh_colors else tuple(shape.rgba) for shape in shapes]
+            for index, shapes in shapes_of.items()
+        }
+    links = [own.link for own in body.form.links]
+    has_visuals = any(link is not None and link.visuals for link in links)
+    colors: dict[int, list[tuple[float, ...]]] = {}
+    for index, link in enumerate(links):
+        if link is None:
+            continue
+        materials = (
+            [(visual.geometry, visual.material) for visual in link.visuals]
+            if has_visuals
+            else [(collision.geometry, None) for collision in link.collisions]
+        )
+        colors[index] = [
+            _WHITE if material is None or material.rgba is None else tuple(material.rgba)
+            for geometry, material in materials
+            if not isinstance(geometry, Mesh) or geometry.data is not None or geometry.path is not None
+        ]
+    return colors
 
 
 def own_orientation(shape: Collision | Visual) -> tuple[float, ...]:
