@@ -86,6 +86,8 @@ class Stepping:
         self._compiled: tuple[Any, ...] | None = None
         """MuJoCo's options, a step's rows, velocities, accelerations, bounds on velocities, if any, and
         whether there are actuators and height fields."""
+        self._knows_constraints = False
+        """Whether the rules of constraints are those of the present ones."""
         self._is_direct = False
         """Whether the last step was three compiled calls, and no rule has changed since."""
 
@@ -93,17 +95,28 @@ class Stepping:
         """Look up which rules the steps have to apply."""
         self._has_surfaces = self.surfaces.is_active
         self._has_motors = self.motors.is_active
-        self._is_bounded = self.constraints.is_bounded
-        self._is_in_turn = self._has_motors or (self._world.hard_contacts and len(self.constraints) > 0)
-        self._slides = self.constraints.has_slides
-        self._has_rules = self._has_surfaces or self._has_motors or self._is_bounded
         self._makes_rows = True
-        self._is_direct = False
+        self._knows_constraints = self._is_direct = False
         self.in_turn.refresh()
+
+    def note_constraints(self) -> None:
+        """Note that a constraint came, went or has another bound or axis, without a compile."""
+        self._makes_rows = True
+        self._knows_constraints = self._is_direct = False
+        self.in_turn.note_constraints()
+
+    def _look_up_constraints(self) -> None:
+        constraints = self.constraints
+        self._knows_constraints = True
+        self._is_bounded, self._slides = constraints.is_bounded, constraints.has_slides
+        self._is_in_turn = self._has_motors or (self._world.hard_contacts and len(constraints) > 0)
+        self._has_rules = self._has_surfaces or self._has_motors or self._is_bounded
 
     @property
     def is_plain(self) -> bool:
         """Whether MuJoCo's own step has all the rules of this world, but for sliding."""
+        if not self._knows_constraints:
+            self._look_up_constraints()
         return not (self._has_rules or self.wrenches.pending or self._soft.by_id)
 
     def invalidate(self) -> None:
