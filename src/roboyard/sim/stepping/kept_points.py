@@ -12,7 +12,16 @@ from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.face_corners import SCRATCH
-from roboyard.sim.stepping.impulses.records import NOTES, SHAPES, WORK, Points
+from roboyard.sim.stepping.impulses.records import (
+    LISTED,
+    NOTES,
+    PAIRS,
+    RANKED,
+    RENUMBERED,
+    SHAPES,
+    WORK,
+    Points,
+)  # fmt: skip
 from roboyard.sim.stepping.narrow_phase.field_kernels import WORK as SEARCHED
 from roboyard.transforms import Array
 
@@ -98,6 +107,56 @@ def make_points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting:
         refreshed=np.zeros((0, 2), np.int32),
         notes=notes,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Content:
+    """What the arrays of `Points` hold before a step, in as many of their columns as are used."""
+
+    keys: np.ndarray
+    counts: np.ndarray
+    points: Array
+    pairs: np.ndarray
+    ranked: np.ndarray
+    wide: Array
+    notes: np.ndarray
+
+
+def forget_points(points: Points) -> None:
+    """Leave the arrays as `make_points` returns them, but for room and order of the geoms."""
+    shapes = points.notes.item(SHAPES)
+    points.notes[:], points.wide[:], points.wide[:, 0] = 0, 0.0, 1.0
+    points.notes[SHAPES], points.notes[RENUMBERED] = shapes, 1  # so that the table of pairs is emptied
+    _forget_boxes(points)
+
+
+def _forget_boxes(points: Points) -> None:
+    points.tight[:], points.seats[:], points.slots[:] = 0.0, np.inf, -1
+
+
+def content_of(points: Points) -> Content:
+    """Return a copy of what the arrays hold, where no step was taken since `forget_points`."""
+    pairs, listed, ranked = points.notes[[PAIRS, LISTED, RANKED]].tolist()
+    return Content(
+        keys=points.keys[0, :pairs].copy(),
+        counts=points.counts[0, :pairs].copy(),
+        points=points.points[0, :pairs].copy(),
+        pairs=points.pairs[:, :listed].copy(),
+        ranked=points.ranked[:ranked].copy(),
+        wide=points.wide.copy(),
+        notes=points.notes.copy(),
+    )
+
+
+def write_content(points: Points, content: Content) -> None:
+    """Write what the arrays held."""
+    pairs, listed, ranked = len(content.keys), content.pairs.shape[1], len(content.ranked)
+    points.notes[:], points.wide[:] = content.notes, content.wide
+    if pairs:
+        points.keys[0, :pairs], points.counts[0, :pairs] = content.keys, content.counts
+        points.points[0, :pairs] = content.points
+    points.pairs[:, :listed], points.ranked[:ranked] = content.pairs, content.ranked
+    _forget_boxes(points)
 
 
 def owners_of_geoms(world: Engine[Body], count: int) -> np.ndarray:

@@ -34,13 +34,17 @@ from roboyard.sim.stepping.impulses.records import (
     TABLE,
 )  # fmt: skip
 from roboyard.sim.stepping.kept_points import (
+    Content,
     KeptPoints,
     MetPairs,
+    content_of,
     creation_order,
+    forget_points,
     make_points,
     no_points,
     owners_of_geoms,
     without,
+    write_content,
 )
 from roboyard.sim.stepping.narrow_phase.fields import Fields
 from roboyard.sim.stepping.narrow_phase.kept_fields import kept_fields
@@ -58,6 +62,8 @@ face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
 _OWNERS, _SETS = "owners of geoms", 4
 """Name in `Engine.of_arrays`, and number of sets of bodies that are kept."""
+_STATES = 8
+"""Saved states of which it is kept what was written, for programs that restore the same again and again."""
 _NO_GEOMS = np.zeros(0, np.int32)
 _REFRESHES = 1024
 """Most changes of filters between two steps that are followed in their order; of more, the last half."""
@@ -79,8 +85,12 @@ class Manifolds:
     def __init__(self, world: Engine[Body], windows: TriangleWindows) -> None:
         self._world, self._windows = world, windows
         self._bound: _Bound | None = None
+        self._former: _Bound | None = None
+        """The arrays that were bound, where only a state was restored since."""
         self._kept: KeptPoints | None = None
         """The points until arrays are bound again, where bodies were added or removed."""
+        self._written: dict[int, tuple[KeptPoints | None, _Written]] = {}
+        """Saved points by their id, with what was written of them into the arrays that are bound."""
         self._refreshed: deque[tuple[int, int | None]] = deque(maxlen=_REFRESHES)
         """Bodies and links whose filters changed since the last step, in order; None for all links."""
         self._ended = set[tuple[int, int | None]]()
@@ -114,6 +124,7 @@ class Manifolds:
             self._ranges.clear()
             if not self.points.notes[REFRESHED]:
                 self._refreshed.clear()
+        self._former = None
 
     def refresh(self, body: int, link: int | None = None) -> None:
         """Note that a filter of a link, or of all links of a body (by id), was set.
@@ -192,6 +203,8 @@ class Manifolds:
             is_there: whether the rows are its own from now on.
         """
         bound = self._bound
+        self._former = None
+        self._written.clear()
         if bound is None:
             return
         if not bound.keeps:
@@ -240,6 +253,8 @@ class Manifolds:
 
     def restore(self, kept: KeptPoints | None) -> None:
         """Go on with the points that were saved, or with none."""
+        if self._bound is not None:
+            self._former = self._bound
         self._kept, self._bound = kept, None
 
     def prepare(self, model: Any, data: Any) -> None:
@@ -384,8 +399,17 @@ class Manifolds:
         self._world.drop_prepared()
 
     def _bind(self, model: Any, data: Any) -> None:
+        former, keeps = self._former, not self._windows.shows_slots
+        self._former = None
+        if former is not None and former.keeps == keeps:
+            self._bind_again(former)
+        else:
+            self._bind_new(model, data, keeps=keeps)
+
+    def _bind_new(self, model: Any, data: Any, *, keeps: bool) -> None:
+        """Bind MuJoCo's arrays and make new ones for the points."""
         world = self._world
-        keeps = not self._windows.shows_slots
+        self._written.clear()
         if keeps:
             model.opt.disableflags |= _MULTIPLE
             if model.nmesh:
@@ -416,6 +440,27 @@ class Manifolds:
             self._note_new(owners)
         if self._refreshed:
             self._write_refreshed(self._bound)
+
+    def _bind_again(self, bound: _Bound) -> None:
+        """Write a restored state's points into the arrays that were bound before."""
+        kept, self._kept, self._bound = self._kept, None, bound
+        known = self._written.get(id(kept))
+        if known is None:
+            forget_points(self.points)
+            if kept is not None:
+                self._take(kept, bound)
+            if bound.keeps:
+                self._note_new(bound.owners)
+            written = _Written(content_of(self.points), self._new)
+            self._written[id(kept)] = kept, written
+            while len(self._written) > _STATES:
+                del self._written[next(iter(self._written))]
+        else:
+            write_content(self.points, known[1].content)
+            self._new = known[1].new
+        self._new = self._new.copy()
+        if self._refreshed:
+            self._write_refreshed(bound)
 
     def _note_new(self, owners: np.ndarray) -> None:
         """Note the bodies some of whose geoms have no boxes yet."""
@@ -494,3 +539,12 @@ class _Bound:
     """(ngeom,) tree of each geom, -1 for what is fixed."""
     seen: float
     """Gap (m) up to which MuJoCo finds contacts."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Written:
+    """What was written of a saved state."""
+
+    content: Content
+    new: dict[int, np.ndarray]
+    """Geoms of bodies, by id, that had no boxes."""

@@ -308,6 +308,8 @@ class Stepping:
         compiled, in_turn = self._compiled, self.in_turn
         if compiled is None or self._soft.by_id or self._has_drag:
             return False
+        if not self.manifolds.is_prepared:
+            self.manifolds.prepare(model, data)
         timestep, found, own = compiled[0].timestep, compiled[1], in_turn.contact_rows
         bundle, addresses = in_turn.prepared(found, timestep), own.known_addresses(data)
         if bundle is None or not addresses or not self.motors.is_prepared(timestep):
@@ -577,6 +579,8 @@ class Stepping:
             mujoco.mj_collision(model, data)
             return
         self.manifolds.prepare(model, data)
+        if self._detect_directly(model, data):
+            return
         if self._compiled is None:
             self._compiled = self._look_up(model, data)
         self._collide(partial(find_with_welds, self.in_turn.contact_rows.welds), model, data)
@@ -588,6 +592,21 @@ class Stepping:
             self.manifolds.forget()
         if self._windows.shows_slots:
             self._windows.correct_contacts(data)
+
+    def _detect_directly(self, model: Any, data: Any) -> bool:
+        """Do what `detect` does in two compiled calls, as prepared by a step; return whether it could."""
+        compiled, in_turn = self._compiled, self.in_turn
+        if compiled is None or self._soft.by_id or self._windows.shows_slots:
+            return False
+        found, addresses = compiled[1], in_turn.contact_rows.known_addresses(data)
+        if not addresses or in_turn.prepared(found, compiled[0].timestep) is None:
+            return False
+        finding().collide(*addresses, self._flags_of_fields(model, data))
+        if in_turn.execute(found, r.KEEP, r.KEEP) == r.POINTS_ARE_NEW:
+            self.manifolds.add(model, data, found)
+        if found.counts_now()[0]:
+            self.surfaces.shift_contacts(model, data, found)
+        return True
 
     def _solve(
         self, model: Any, data: Any, found: StepRows, timestep: float, *, slides: bool, alone: bool
