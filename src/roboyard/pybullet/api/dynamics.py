@@ -163,7 +163,7 @@ def changeDynamics(
         return
     if mass >= 0 or localInertiaDiagonal is not None:
         moments = None if localInertiaDiagonal is None else vector3_or(localInertiaDiagonal, state.moments)
-        _set_mass(scene, record, linkIndex, mass if mass >= 0 else state.mass, moments)
+        _set_mass(scene, record, linkIndex, float(mass) if mass >= 0 else state.mass, moments)
     if lateralFriction >= 0 or spinningFriction >= 0 or rollingFriction >= 0:
         _set_friction(record, linkIndex, state, lateralFriction, spinningFriction, rollingFriction)
     if restitution >= 0:
