@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.face import constants as c
@@ -87,7 +87,7 @@ KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
 COMMAND, NONE, TRUE, WHOLE, NUMBER, LISTED, JOINED, SCENE, BODIES, JOINTS = range(3, 13)
 REQUESTED, IDS, NEXT, WORLD, MOVED, VELOCITY_MOVED, FRAMES = range(13, 20)
 GIVEN, FIRST_VECTOR, FIRST_TURN = 10, 5, 8  # arguments after the client
-{parts(ATTRIBUTE, FOUND, PLAIN)}
+{parts(ATTRIBUTE, FOUND, PLAIN, ITEM, HAS_LENGTH)}
 @part
 def has_link(state, bodies, body, link):
     record = found(bodies, body)
@@ -100,10 +100,24 @@ def has_link(state, bodies, body, link):
     return -1 <= place < PyLong_AsLongLong(attribute(record, word(state, JOINTS)))
 
 @part
+def vector_of_sequence(values, length):
+    if not has_length(values, length):
+        return 0
+    made, total = PyTuple_New(length), 0.0
+    for place in range(length):
+        size = item(values, place)
+        total += size * size
+        PyTuple_SetItem(made, place, PyFloat_FromDouble(size))
+    if total < 1e100:
+        return made
+    Py_DecRef(made)
+    return 0
+
+@part
 def vector(state, values, length):
     is_tuple = word(values, KIND) == word(word(state, JOINED), KIND)
     if not is_tuple and word(values, KIND) != word(word(state, LISTED), KIND):
-        return 0
+        return vector_of_sequence(values, length)
     if word(values, SIZE) != length:
         return 0
     start = values if is_tuple else word(values, ITEMS)
@@ -112,6 +126,8 @@ def vector(state, values, length):
     for place in range(length):
         value = word(start, first + place)
         size = plain(state, value)
+        if size != size:
+            size = item(values, place)  # no plain number, as NumPy's
         total += size * size
         if word(value, KIND) == word(word(state, NUMBER), KIND):
             Py_IncRef(value)

@@ -79,9 +79,9 @@ def make_points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting:
         pairs: number of pairs with points.
         meeting: number of pairs whose boxes meet.
     """
-    geoms, shapes, notes = len(turns), np.count_nonzero(turns >= 0), np.zeros(NOTES, np.int64)
+    geoms, notes = len(turns), np.zeros(NOTES, np.int64)
     new, ages = np.zeros((geoms, 6)), np.zeros(geoms, np.int32)
-    new[:, 0], ages[turns[:shapes]], notes[SHAPES] = 1.0, np.arange(shapes), shapes
+    new[:, 0], notes[SHAPES] = 1.0, _write_ages(turns, ages)
     return Points(
         kinds=_kinds_that_keep(),
         keys=np.zeros((2, pairs), np.int64),
@@ -107,6 +107,20 @@ def make_points(turns: np.ndarray, tree_places: np.ndarray, pairs: int, meeting:
         refreshed=np.zeros((0, 2), np.int32),
         notes=notes,
     )
+
+
+def _write_ages(turns: np.ndarray, ages: np.ndarray) -> int:
+    """Write the place of each geom in an order, where ages are 0; return the number of geoms in it."""
+    shapes = int(np.count_nonzero(turns >= 0))
+    ages[turns[:shapes]] = np.arange(shapes)
+    return shapes
+
+
+def start_again(points: Points, turns: np.ndarray, tree_places: np.ndarray) -> None:
+    """Leave the arrays of other bodies as `make_points` would make them, but for room."""
+    points.turns[:], points.tree_places[:], points.ages[:] = turns, tree_places, 0
+    points.notes[SHAPES] = _write_ages(turns, points.ages)
+    forget_points(points)
 
 
 @dataclass(frozen=True, slots=True)

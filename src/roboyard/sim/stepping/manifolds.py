@@ -32,6 +32,7 @@ from roboyard.sim.stepping.impulses.records import (
     SHAPES,
     SORTED,
     TABLE,
+    Points,
 )  # fmt: skip
 from roboyard.sim.stepping.kept_points import (
     Content,
@@ -43,6 +44,7 @@ from roboyard.sim.stepping.kept_points import (
     make_points,
     no_points,
     owners_of_geoms,
+    start_again,
     without,
     write_content,
 )
@@ -62,6 +64,8 @@ face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
 _OWNERS, _SETS = "owners of geoms", 4
 """Name in `Engine.of_arrays`, and number of sets of bodies that are kept."""
+_POINTS = "points of contacts"
+"""Name in `Engine.of_arrays`."""
 _STATES = 8
 """Saved states of which it is kept what was written, for programs that restore the same again and again."""
 _NO_GEOMS = np.zeros(0, np.int32)
@@ -433,7 +437,13 @@ class Manifolds:
         every = len(turns) * (len(turns) - 1) // 2  # of all geoms, those that have no body yet, too
         meeting = min(every, max(16 * len(turns), 4096))
         room = old.keys.shape[1], max(meeting, old.pairs.shape[1], met, 16)
-        self.points = make_points(turns.copy(), places.copy(), *room)
+        made: Points | None = world.of_arrays.get(_POINTS)
+        if made is None or made.keys.shape[1] < room[0] or made.pairs.shape[1] < room[1]:
+            self.points = make_points(turns.copy(), places.copy(), *room)
+        else:  # of other bodies, or of the world that this one replaces
+            start_again(made, turns, places)
+            self.points = made
+        world.of_arrays[_POINTS] = self.points
         if kept is not None:
             self._take(kept, self._bound)
         if keeps:

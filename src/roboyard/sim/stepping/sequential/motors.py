@@ -396,8 +396,7 @@ class SequentialMotors:
             rows = max(len(self._solver.order), 16)
             made = arrays.of_solver(rows, model.nv, model.nbody, model.ntree, self._width)
         else:
-            made.ends[:] = -1
-            made = made._replace(rules=np.zeros(r.RULES), places=np.zeros(0, np.int32))
+            made.ends[:], made.rules[:] = -1, 0.0
         self._solver = made
         self._keep_work_arrays()
 
