@@ -62,8 +62,6 @@ def test_a_restored_state_has_the_points_of_its_moment(client: int) -> None:
             run.append(p.getBasePositionAndOrientation(hull))
         runs.append(run)
     assert runs[0] == runs[1]
-    for one, two in zip(*found, strict=True):  # by loops that may round otherwise
-        np.testing.assert_allclose(one, two, rtol=0, atol=1e-15)
     assert len(p.getContactPoints(hull)) == 4
 
 
