@@ -57,7 +57,7 @@ class Constraint:
     tendon: Any = None
     """The tendon of a gear with a third joint."""
     ends: Ends | None = None
-    """What the order of solution needs to know of it; None where it has to be looked up."""
+    """Its data for the order of solution; None where they have to be looked up."""
     tuned: float = 0.0
     """Time step (s) for which the stiffness of its rows is set; 0 where it is that without a bound."""
     share: float = 1.0

@@ -160,6 +160,14 @@ class ConstraintRows:
             numbers[2 * equality], numbers[2 * equality + 1] = force, 2.0 * force
             parts[equality] = constraint.share
 
+    def slides(self) -> list[tuple[int, int, Array]]:
+        """Return row among MuJoCo's equalities, site of the frame and axis (3,) in it of each slide."""
+        return [
+            (constraint.element.id, constraint.site_a.id, constraint.axis)
+            for constraint in self._by_id.values()
+            if constraint.axis is not None
+        ]
+
     def free_axes(self, model: Any, data: Any) -> None:
         """Free slides along their axes, between the halves of a step."""
         for constraint in self._by_id.values():

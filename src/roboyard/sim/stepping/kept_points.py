@@ -125,7 +125,7 @@ def start_again(points: Points, turns: np.ndarray, tree_places: np.ndarray) -> N
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """What the arrays of `Points` hold before a step, in as many of their columns as are used."""
+    """The content of the arrays of `Points` before a step, in as many of their columns as are used."""
 
     keys: np.ndarray
     counts: np.ndarray

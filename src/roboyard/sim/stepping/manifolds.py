@@ -553,7 +553,7 @@ class _Bound:
 
 @dataclass(frozen=True, slots=True)
 class _Written:
-    """What was written of a saved state."""
+    """The numbers of a saved state that were written."""
 
     content: Content
     new: dict[int, np.ndarray]

@@ -34,6 +34,7 @@ kernels = lazy_module("roboyard.sim.stepping.kernels")
 effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
 field_contacts = lazy_module("roboyard.sim.stepping.narrow_phase.field_contacts")
 finding = lazy_module("roboyard.sim.stepping.impulses.finding")
+slide_kernels = lazy_module("roboyard.sim.stepping.sequential.slide_kernels")
 order = lazy_loop("roboyard.sim.stepping.impulses.order", "execute")
 
 _ROWS = "rows of a step"
@@ -284,7 +285,7 @@ class Stepping:
         if remade:
             mujoco.mj_makeConstraint(model, data)
         if slides:
-            self.constraints.rows.free_axes(model, data)
+            self._free_axes(model, data, found)
         if remade or slides:
             answer = in_turn.execute(found, r.ARRANGE, r.SOLVE, remade=int(remade))
         if answer == r.DONE:
@@ -298,6 +299,15 @@ class Stepping:
             self._finish_in_block(model, data, found, timestep)
         else:
             self._finish(model, data, found, timestep, slides=False, alone=False)
+
+    def _free_axes(self, model: Any, data: Any, found: StepRows) -> None:
+        """Free slides along their axes, between the halves of a step."""
+        if not (found.is_direct and self._world.hard_contacts):
+            self.constraints.rows.free_axes(model, data)
+            return
+        loop, frames = slide_kernels().free_slide, data.site_xmat
+        for equality, site, axis in self.constraints.rows.slides():
+            loop(found.rows, found.search, frames, equality, site, axis)
 
     def _direct_step(self, model: Any, data: Any) -> bool:
         """Do what `_motor_step` did in the last step, where only the state and the motors' targets differ.
@@ -503,7 +513,7 @@ class Stepping:
         if stops:
             self.stops.approach(data, timestep)
         if self._slides:
-            self.constraints.rows.free_axes(model, data)
+            self._free_axes(model, data, found)
         alone = self._is_in_turn and self.in_turn.arrange(found)
         if alone and not self._soft.by_id:
             if compiled[5]:

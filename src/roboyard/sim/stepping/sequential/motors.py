@@ -96,7 +96,7 @@ class SequentialMotors:
         self._order_memory = np.zeros(0, np.int32)
         """The memory of all arrays of the order of solution."""
         self._ordered: tuple[Any, ...] | None = None
-        """What the order in these arrays was made from."""
+        """Key of the order in these arrays."""
         self._known: tuple[Any, ...] = ()
         """Revision, time step, profile and motors that were looked up."""
         self._written: tuple[Any, ...] = ()
