@@ -23,7 +23,7 @@ _ALIGNMENT = 64
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write arrays of numbers by name.
+    """Write arrays (...,) of numbers by name.
 
     Raises:
         OSError: the file cannot be written.

@@ -117,7 +117,13 @@ def _write_ages(turns: np.ndarray, ages: np.ndarray) -> int:
 
 
 def start_again(points: Points, turns: np.ndarray, tree_places: np.ndarray) -> None:
-    """Leave the arrays of other bodies as `make_points` would make them, but for room."""
+    """Leave the arrays of other bodies as `make_points` would make them, but for room.
+
+    Args:
+        points: the arrays.
+        turns: (ngeom,) as of `Points`.
+        tree_places: (ntree,) as of `Points`.
+    """
     points.turns[:], points.tree_places[:], points.ages[:] = turns, tree_places, 0
     points.notes[SHAPES] = _write_ages(turns, points.ages)
     forget_points(points)

@@ -16,7 +16,7 @@ _LINE = 64
 
 
 def of_model(model: Any) -> tuple[r.Mechanism, np.ndarray]:
-    """Return the arrays of a model, without the order of solution, and the memory of those of that order."""
+    """Return the arrays of a model, without the order of solution, and (n,) the memory of that order's."""
     nv, neq, parts = model.nv, model.neq, 2 * model.njnt + model.neq + 1
     memory = np.full(2 * nv + r.PART * parts + 7 * neq, -1, np.int32)
     taken = itertools.accumulate((0, nv, nv, r.PART * parts, neq, neq, 2 * neq, neq, 2 * neq))
