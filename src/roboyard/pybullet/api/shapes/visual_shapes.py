@@ -155,9 +155,9 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
     if record is None:
         return ()
     with_textures = bool(whole(flags) & c.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS)
-    rendered_shapes = scene.world.render_shapes.of(record.body)
+    rendered_shapes = scene.world.render_shapes.without_late_changes(record.body)
     rows = []
-    for index, link in enumerate(record.model.links):
+    for index, link in enumerate(record.model.links):  # those with a new colour have it in the record, too
         shapes = link.visuals or link.collisions
         for place, (shape, rendered) in enumerate(zip(shapes, rendered_shapes.get(index, ()), strict=False)):
             kind, size, file = _visual_description(shape.geometry)
