@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
+from roboyard.pybullet.connections import CLIENTS
 
 _WHEEL = """<link name="{0}"><inertial><mass value="1"/>
 <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
@@ -199,3 +200,64 @@ def test_a_state_is_restored_though_constraints_came_and_went(client: int) -> No
     assert fall()[2] < 0.9999, "and does not come back"
     p.restoreState(free)
     assert fall() == pytest.approx(fallen, abs=1e-12)
+
+
+def test_a_gear_keeps_its_place_in_the_order_of_solution_when_it_changes(client: int) -> None:
+    """Few rounds, so that the order shows: speeds of PyBullet 3.2.7."""
+    p.setPhysicsEngineParameter(numSolverIterations=3)
+    box, three = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05, 0.05, 0.1]), range(3)
+    arm = p.createMultiBody(
+        baseCollisionShapeIndex=box,
+        basePosition=[0, 0, 1],
+        linkMasses=[1, 0.5, 0.25],
+        linkCollisionShapeIndices=[box] * 3,
+        linkVisualShapeIndices=[-1] * 3,
+        linkPositions=[[0, 0, 0.3]] * 3,
+        linkOrientations=[[0, 0, 0, 1]] * 3,
+        linkInertialFramePositions=[[0, 0, 0.05]] * 3,
+        linkInertialFrameOrientations=[[0, 0, 0, 1]] * 3,
+        linkParentIndices=[0, 1, 2],
+        linkJointTypes=[p.JOINT_REVOLUTE] * 3,
+        linkJointAxis=[[0, 1, 0]] * 3,
+    )
+    for joint, speed in enumerate((1.0, -0.5, 2.0)):
+        p.setJointMotorControl2(arm, joint, p.VELOCITY_CONTROL, targetVelocity=speed, force=2.0)
+    first, second = (
+        p.createConstraint(arm, a, arm, a + 1, p.JOINT_GEAR, [0, 1, 0], [0, 0, 0], [0, 0, 0]) for a in (0, 1)
+    )
+    for gear in (first, second):
+        p.changeConstraint(gear, maxForce=50.0)
+    _steps(2)
+    for changes, count, wanted in (
+        ({"gearRatio": -2.0}, 1, [0.09984324307146869, 0.20951949659370528, 0.11183908845669288]),
+        (
+            {"gearRatio": 0.5, "relativePositionTarget": 0.1, "erp": 0.2},
+            5,
+            [1.0165248891232372, -0.5396825217655217, 0.9282351407311795],
+        ),
+    ):
+        p.changeConstraint(first, **changes)
+        _steps(count)
+        speeds = [p.getJointState(arm, joint)[1] for joint in three]
+        assert speeds == pytest.approx(wanted, abs=1e-9)
+
+
+def test_steps_after_the_last_constraint_is_removed_are_those_of_a_world_without(client: int) -> None:
+    """Its rows remain, but MuJoCo makes none, as in a world that never had any."""
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    cube = p.createMultiBody(1.0, box, -1, [0, 0, 1])
+    p.setGravity(0, 0, -10)
+    speed = []
+    for is_held in (False, True):
+        p.resetBasePositionAndOrientation(cube, [0, 0, 1], [0, 0, 0, 1])
+        if is_held:
+            held = p.createConstraint(cube, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 1])
+            _steps(1)
+            p.removeConstraint(held)
+        p.resetBasePositionAndOrientation(cube, [0, 0, 1], [0, 0, 0, 1])
+        p.resetBaseVelocity(cube, [0, 0, 0], [1, 2, 3])
+        _steps(20)
+        stepping = CLIENTS[client].scene.world.stepping
+        assert stepping.in_turn.contact_rows.is_last and stepping._is_direct
+        speed.append(p.getBaseVelocity(cube))
+    assert speed[0] == speed[1]

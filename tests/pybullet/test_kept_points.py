@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
+from roboyard.sim.stepping.manifolds import Manifolds
 
 CORNERS = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.06, 0.06) for z in (-0.04, 0.04)]
 HEIGHTS = {0: 0.04737, 4: 0.04551, 7: 0.0427, 8: 0.04169, 9: 0.04055, 10: 0.04055, 239: 0.04099}
@@ -62,6 +63,43 @@ def test_a_restored_state_has_the_points_of_its_moment(client: int) -> None:
         runs.append(run)
     assert runs[0] == runs[1]
     assert len(p.getContactPoints(hull)) == 4
+
+
+def test_states_restored_into_the_same_arrays_go_on_as_in_new_ones(
+    client: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """States with and without points, with detections between: motion to the last bit."""
+    _, hull = _tilted_hull()
+    block = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    boxes = [p.createMultiBody(1, block, -1, [0.5, 0.05 * k, 0.1 + 0.22 * k]) for k in range(3)]
+    first = p.saveState()
+    states = [first]
+    for count in (12, 40):
+        for _ in range(count):
+            p.stepSimulation()
+        states.append(p.saveState())
+    runs, found = [], list[list[list[np.ndarray]]]()
+    for is_new in (False, True):
+        found.append([])
+        if is_new:
+            monkeypatch.setattr(Manifolds, "_bind", lambda self, *given: self._bind_new(*given, keeps=True))
+        run = []
+        for number in (1, 0, 2, 1, 1, 0, 0, 2, 2, 1):
+            p.restoreState(states[number])
+            if number == 2:
+                p.performCollisionDetection()
+                points = sorted(p.getContactPoints(), key=lambda point: np.round(point[5], 6).tolist())
+                found[-1].append([np.hstack(point[5:9]) for point in points])
+            if number == 1:
+                p.setCollisionFilterGroupMask(boxes[1], -1, 1, 1)
+            for _ in range(25):
+                p.stepSimulation()
+            run.append([p.getBasePositionAndOrientation(body) for body in (hull, *boxes)])
+            run.append(sorted(p.getContactPoints()))
+        runs.append(run)
+    assert runs[0] == runs[1]
+    for one, two in zip(*found, strict=True):  # by loops that may round otherwise, which chooses corners
+        np.testing.assert_allclose(one, two, rtol=0, atol=1e-15)
 
 
 def test_points_outlive_bodies_that_come_and_go(client: int) -> None:

@@ -62,7 +62,7 @@ def test_points_of_a_range_of_geoms_end() -> None:
 def test_links_that_touch_one_another_count_as_bodies_of_their_own() -> None:
     """All but those that are fixed to the world, or whose masks have no bit in common."""
     model = mujoco.MjModel.from_xml_string(LINKS)
-    mechanism, found = of_model(model), np.empty((2, model.nbody), np.int32)
+    (mechanism, _), found = of_model(model), np.empty((2, model.nbody), np.int32)
     assert model.body_weldid.tolist() == [0, 1, 1, 1, 4, 4, 0, 0]
     assert touching_welds(mechanism, model.body_weldid, model.body_dofnum, found) == DIFFER + TOUCH
     assert found.tolist() == [[0, 1, 2, 1, 4, 5, 0, 0], [0, 6, 1, 0, 1, 1, 0, 0]]

@@ -16,6 +16,8 @@ from roboyard.transforms import Array, matrix_from_quaternion, quaternion_from_m
 
 MIN_INERTIA = 1e-12
 """Smallest principal moment (kg m²) of a moving body; MuJoCo's own limit is 1e-15."""
+LEAST_RATIO = 1e-6
+"""Smallest principal moment of a moving body, as a share of the largest."""
 MASSLESS_FRACTION = 1e-6
 """Mass of a moving part without mass, as a share of the robot's."""
 GRAVITY = 9.81
@@ -90,7 +92,7 @@ def _plain(inertial: Inertial, scale: float) -> MassProperties | None:
         return None
     moments = [moment * scale**5 for moment in (xx, yy, zz)]
     small, middle, large = sorted(moments)
-    if not (small >= max(large * 1e-6, MIN_INERTIA) and large - small - middle <= 0):
+    if not (small >= max(large * LEAST_RATIO, MIN_INERTIA) and large - small - middle <= 0):
         return None
     return MassProperties(
         mass=inertial.mass * scale**3,
@@ -104,7 +106,7 @@ def possible_moments(principal: Array) -> tuple[Array, str | None]:
     """Return the nearest (3,) principal moments (kg m²) of a rigid body, and the error of the given ones."""
     moments = np.array(principal, dtype=float)
     problem = None
-    floor = max(moments.max() * 1e-6, MIN_INERTIA)
+    floor = max(moments.max() * LEAST_RATIO, MIN_INERTIA)
     if (moments < floor).any():
         if (moments <= 0).any():
             problem = f"principal moments {_listed(principal)} are not all positive"

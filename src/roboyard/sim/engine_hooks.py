@@ -66,7 +66,7 @@ class EngineHooks(Generic[BodyT]):
         """Note that bodies came or went in any other way."""
 
     def constraints_changed(self) -> None:
-        """Note that a constraint came or went without a compile."""
+        """Note that a constraint came, went or has another bound or axis, without a compile."""
 
     def restore_active(self, active: np.ndarray, since: int) -> None:
         """Correct (neq,) which constraints were active by those that came or went since.

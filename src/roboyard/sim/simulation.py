@@ -145,9 +145,8 @@ class Simulation(Engine[Body]):
         self.stepping.note_bodies()
 
     def constraints_changed(self) -> None:
-        """Note that a constraint came or went without a compile."""
-        self.stepping.refresh()
-        self.stepping.in_turn.note_constraints()
+        """Note that a constraint came, went or has another bound or axis, without a compile."""
+        self.stepping.note_constraints()
 
     def _complete_spec(self) -> None:
         self.constraints.complete_spec()

@@ -371,12 +371,12 @@ class World(Simulation):
         self.ensure_compiled()
         if self.windows.shows_slots:
             self.windows.update()
-        self.kinematics()
+        self.link_frames(keeps_last=True)
         try:
             self.stepping.detect(self._model, self._data)
         except mujoco.FatalError as error:
             self.recover(error, self.simulation_state())
-            self.kinematics()
+            self.link_frames(keeps_last=True)
             self.stepping.detect(self._model, self._data)
 
     def ray(self, start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> RayHit | None:

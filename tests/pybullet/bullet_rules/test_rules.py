@@ -26,6 +26,7 @@ from roboyard.description.model import (
 from roboyard.pybullet.bullet_rules import (
     contact_order,
     models,
+    motor_kernels,
     shape_bounds,
     shape_inertia,
     single_precision,
@@ -238,6 +239,21 @@ def test_stable_pd_control_does_not_overshoot_in_a_step(kp: float) -> None:
         mujoco.mj_step(model, data)
         assert abs(data.qpos[0]) < 1.0
     assert data.qpos[0] == pytest.approx(0.5, abs=5e-3)
+
+
+@pytest.mark.parametrize("shift", [0.0, -100.0])
+def test_damped_masses_are_solved_for_some_degrees_of_freedom(shift: float) -> None:
+    """As NumPy solves them; not where the sum is not positive definite."""
+    draw = np.random.default_rng(2)
+    root = draw.normal(size=(6, 6))
+    mass, damping, right = root @ root.T + np.eye(6), draw.random(6) + shift, draw.normal(size=6)
+    own, out = np.array([4, 0, 3, 5]), np.full(6, 7.0)
+    done = motor_kernels.solve_damped(mass, damping, own, right, np.empty((4, 4)), out)
+    assert done == (shift == 0.0)
+    if done:
+        wanted = np.linalg.solve(mass[np.ix_(own, own)] + np.diag(damping[own]), right[own])
+        np.testing.assert_allclose(out[own], wanted, rtol=1e-12)
+        assert out[1] == out[2] == 7.0
 
 
 def test_stable_pd_control_respects_its_limit() -> None:

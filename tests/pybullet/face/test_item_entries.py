@@ -43,6 +43,7 @@ CALLS: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
     (name, given, keywords)
     for name, given in (
         ("addUserDebugLine", (A, B, [1, 0, 0], 2)),
+        ("addUserDebugLine", ([np.float64(1), 2, 3.5], np.array(B), [np.float32(1), 0, 0], 2)),
         ("addUserDebugText", ("text", A, B, 2)),
         ("addUserDebugPoints", ([A, B], ([1, 0, 0], (0, 0.5, 1)), 2)),
     )

@@ -112,6 +112,18 @@ def test_joints_are_reset_as_by_the_python_functions(name: str, given: tuple[Any
     assert repr(outcomes[:half]) == repr(outcomes[half:])
 
 
+def test_whole_numbers_let_machine_code_reset_joints(monkeypatch: pytest.MonkeyPatch) -> None:
+    p.connect(p.DIRECT)
+    robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf", [0, 0, 1])
+    p.stepSimulation()
+    p.resetJointStatesMultiDof(robot, [6, 8], [[1], [2]], [[0], np.ones(1)])
+    client: Any = CLIENTS[0]
+    monkeypatch.setattr(client.scene, "bodies", None)  # which the Python function reads
+    p.resetJointStatesMultiDof(robot, [6, 8], [[3], [4]], [[0], np.ones(1)])
+    monkeypatch.undo()
+    assert [state[:2] for state in p.getJointStates(robot, [6, 8])] == [(3, 0), (4, 1)]
+
+
 def test_machine_code_resets_joints(monkeypatch: pytest.MonkeyPatch) -> None:
     p.connect(p.DIRECT)
     robot = p.loadURDF(f"{getDataPath()}/r2d2.urdf", [0, 0, 1])

@@ -120,7 +120,7 @@ def test_machine_code_writes_the_bounds(arm: Path, monkeypatch: pytest.MonkeyPat
         p.setJointMotorControl2(robot, 1, p.VELOCITY_CONTROL, force=0)
         p.stepSimulation()
     p.setJointMotorControl2(robot, 0, p.POSITION_CONTROL, 0.3, force=4.0)  # prepared after the step
-    p.setJointMotorControl2(robot, 1, p.TORQUE_CONTROL, force=0.1)
+    p.setJointMotorControl2(robot, 1, p.TORQUE_CONTROL, force=np.float64(0.1))
     client: Any = CLIENTS[0]
     monkeypatch.setattr(client.scene, "bodies", None)  # which the Python functions read
     p.setJointMotorControl2(robot, 0, p.POSITION_CONTROL, 0.3, force=6.0)

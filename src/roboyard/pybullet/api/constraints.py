@@ -32,7 +32,14 @@ from roboyard.pybullet.fast.fast_commands import (
     replace_constraints,
     replace_properties,
 )
-from roboyard.pybullet.state.constraint_building import build, child_frame, place_in_child, remove, unit
+from roboyard.pybullet.state.constraint_building import (
+    build,
+    child_frame,
+    place_in_child,
+    regear,
+    remove,
+    unit,
+)
 from roboyard.pybullet.state.constraint_records import IDENTITY, ConstraintRecord
 
 if TYPE_CHECKING:
@@ -185,7 +192,7 @@ def _change_gear(
     if number(erp) >= 0.0:
         record.erp = float(erp)
     now = (record.gear_ratio, record.gear_aux_link, record.relative_position_target, record.erp)
-    if now == old or record.kind != c.JOINT_GEAR:
+    if now == old or record.kind != c.JOINT_GEAR or regear(client.scene, record):
         return
     try:
         build(client.scene, record)

@@ -102,7 +102,10 @@ def setJointMotorControl2(
         *(number(positionGain), number(velocityGain), number(maxVelocity)),
     )  # fmt: skip
     if is_machine_code("setJointMotorControl2"):
-        _prepare(client, record)
+        if controlMode == c.TORQUE_CONTROL:
+            _prepare_torques(client.scene, record)
+        else:
+            _prepare(client, record)
 
 
 @command(aliases=_OLD_BODY)

@@ -23,6 +23,7 @@ from roboyard.pybullet.fast.dynamics_writes import (
     prepare_damping,
     prepare_equal,
     prepare_friction,
+    prepare_inertia,
     prepare_joint_damping,
     prepare_limits,
     prepare_mass,
@@ -162,7 +163,7 @@ def changeDynamics(
         return
     if mass >= 0 or localInertiaDiagonal is not None:
         moments = None if localInertiaDiagonal is None else vector3_or(localInertiaDiagonal, state.moments)
-        _set_mass(scene, record, linkIndex, mass if mass >= 0 else state.mass, moments)
+        _set_mass(scene, record, linkIndex, float(mass) if mass >= 0 else state.mass, moments)
     if lateralFriction >= 0 or spinningFriction >= 0 or rollingFriction >= 0:
         _set_friction(record, linkIndex, state, lateralFriction, spinningFriction, rollingFriction)
     if restitution >= 0:
@@ -177,13 +178,7 @@ def changeDynamics(
     if frictionAnchor != -1 and number(frictionAnchor) >= 0:
         _set_anchor(record, linkIndex, state, bool(frictionAnchor))
     if collisionMargin != -1.0 and number(collisionMargin) >= 0:
-        state.collision_margin, state.is_solid = collisionMargin, False
-        record.link_boxes = scene.link_boxes = None
-        for kind in ("overlaps", "closest"):
-            scene.world.prepared.get(kind, {}).clear()
-        scene.shape_rows.gather_again()
-        scene.world.prepared.get("box", {}).pop(record.number, None)
-        forget_body(record)
+        _set_margin(scene, record, linkIndex, collisionMargin)
     if linkIndex >= 0:
         joint = record.body.joints[linkIndex]
         if jointDamping >= 0:
@@ -192,6 +187,17 @@ def changeDynamics(
             _set_limits(record, linkIndex, state, jointLowerLimit, jointUpperLimit)
         if maxJointVelocity != -1.0 and number(maxJointVelocity) >= 0:
             scene.world.stepping.set_velocity_limit(record.body.id, linkIndex, maxJointVelocity)
+
+
+def _set_margin(scene: PhysicsScene, record: BodyRecord, link: int, margin: float) -> None:
+    state, prepared = record.links[link + 1], scene.world.prepared
+    state.collision_margin, state.solid_mass = margin, None
+    record.link_boxes = scene.link_boxes = None
+    for kind in ("overlaps", "closest"):
+        prepared.get(kind, {}).clear()
+    scene.shape_rows.gather_again()
+    prepared.get("box", {}).pop(record.number, None)
+    forget_body(record)
 
 
 def _set_mass(
@@ -205,10 +211,10 @@ def _set_mass(
     is_known = mass > 0.0 and mass == state.mass and (link >= 0 or not record.model.fixed_base)
     by_shape = moments is None
     if moments is None:
-        if is_known and state.is_solid:
+        if is_known and state.solid_mass == mass:
             return
         moments = shape_moments(mass, *record.bounds(link))
-    state.is_solid = by_shape
+    state.solid_mass = float(mass) if by_shape else None
     if is_known and moments == state.moments:
         return
     was_massless, turned = state.mass == 0.0, not never_turns(state.moments)
@@ -231,9 +237,12 @@ def _set_mass(
     record.body.links[link + 1].set_inertial(inertial)
     if turned == never_turns(state.moments) and len(record.links) == 1:
         scene.set_damping(record, record.linear_damping, record.angular_damping)
-    if was_massless or state.mass == 0.0 or turned != never_turns(state.moments):
+    if was_massless or state.mass == 0.0 or turned == never_turns(state.moments):
         forget_body(record)
-    prepare_mass(record, link)
+    if by_shape:
+        prepare_mass(record, link)
+    else:
+        prepare_inertia(record, link)
 
 
 def _set_friction(
@@ -322,12 +331,24 @@ def _change_mass(client: Client, body: int, link: int, mass: float) -> None:
     if record is None or not -1 <= link < record.joint_count:
         return
     state = record.links[link + 1]
-    if mass != 0.0 and mass == state.mass and state.is_solid and not (link < 0 and record.model.fixed_base):
-        prepare_equal(record, link, "mass", state, "mass")
+    if mass != 0.0 and mass == state.solid_mass and not (link < 0 and record.model.fixed_base):
+        prepare_equal(record, link, "mass", state, "solid_mass")
     elif record.soft is None:
         _set_mass(client.scene, record, link, mass, None)
     else:
         changeDynamics(client, body, link, mass=mass)
+
+
+def _change_inertia(client: Client, body: int, link: int, moments: tuple[float, float, float]) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None:
+        _set_mass(client.scene, record, link, record.links[link + 1].mass, moments)
+
+
+def _change_margin(client: Client, body: int, link: int, margin: float) -> None:
+    record = _hard_body(client, body, link)
+    if record is not None:
+        _set_margin(client.scene, record, link, margin)
 
 
 def _change_friction(client: Client, body: int, link: int, lateral: float) -> None:
@@ -431,8 +452,10 @@ CHANGES: Mapping[str, Any] = {
     "angularDamping": _change_angular_damping,
     "contactStiffness": _change_compliance,
     "frictionAnchor": _change_anchor,
+    "localInertiaDiagonal": _change_inertia,
     "jointDamping": _change_joint_damping,
     "maxJointVelocity": _change_velocity_limit,
+    "collisionMargin": _change_margin,
     "jointLowerLimit": _change_limits,
 }
 """Arguments of changeDynamics that change one property, to what does so where only such ones are given."""
@@ -441,7 +464,7 @@ START.later(
         replace_properties,
         COMMAND,
         CHANGES,
-        lengths={"contactStiffness": PAIR, "jointLowerLimit": SIGNED_PAIR},
+        lengths={"contactStiffness": PAIR, "jointLowerLimit": SIGNED_PAIR, "localInertiaDiagonal": 3},
         kind=KIND,
         ignored=_IGNORED,
     )

@@ -234,6 +234,8 @@ def resetJointStatesMultiDof(
             record = _settable(client, bodyUniqueId, joint)
         _reset_many(record, joint, value, velocity)
     client.scene.mark_moved()
+    if record is not None and is_machine_code("resetJointStatesMultiDof"):
+        _prepare(client, record)
 
 
 @command()

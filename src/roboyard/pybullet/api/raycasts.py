@@ -24,7 +24,7 @@ from roboyard.pybullet.fast.fast_commands import (
 )
 from roboyard.pybullet.state.frames import BROADPHASE_MARGIN
 from roboyard.sim.queries.rays import ShapeHit, first_shape
-from roboyard.transforms import rotate
+from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -109,7 +109,8 @@ def rayTestBatch(
         record = scene.ready(parentObjectUniqueId, "")
         link = whole(parentLinkIndex) if -1 <= whole(parentLinkIndex) < record.joint_count else -1
         position, orientation = record.to_inertial(*record.body.links[link + 1].pose, link)
-        starts, ends = position + rotate(orientation, starts), position + rotate(orientation, ends)
+        turned = matrix_from_quaternion(orientation).T
+        starts, ends = position + starts @ turned, position + ends @ turned
     number(fractionEpsilon)
     return _cast(scene, starts, ends, whole(collisionFilterMask), whole(reportHitNumber))
 

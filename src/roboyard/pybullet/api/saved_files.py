@@ -10,6 +10,7 @@ import numpy as np
 from roboyard.pybullet.face.arguments import text
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.readers.saved_arrays import write_arrays
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.sim.stepping.impulses.records import HIDDEN
 from roboyard.sim.stepping.kept_points import KeptPoints, MetPairs, tree_of_boxes
@@ -48,8 +49,7 @@ def saveBullet(client: Client, bulletFileName: str) -> None:
     if moment.contacts is not None:
         arrays |= _arrays_of(moment.contacts, _places(scene))
     try:
-        with client.output_files.path(text(bulletFileName)).open("wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
+        write_arrays(client.output_files.path(text(bulletFileName)), arrays)
     except OSError as problem:
         raise failure(_NOT_SAVED, str(problem)) from None
 

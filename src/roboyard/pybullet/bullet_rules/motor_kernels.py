@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from roboyard._records import NamedTuple
 from roboyard.native import compiled, record
 
@@ -61,3 +63,34 @@ def write_motor(  # pragma: no cover
     motors[row, 1], motors[row, 2], motors[row, 3], motors[row, 4] = kp, velocity, kd, fastest
     if mode == 2:
         targets[row, 0] = position
+
+
+@compiled("f8[:,::1] f8[::1] i8[::1] f8[::1] f8[:,::1] f8[::1] -> i8")
+def solve_damped(mass, damping, own, right, factor, out):  # pragma: no cover
+    """Solve (M + D) x = b for some degrees of freedom by Cholesky's factors; return 1, or 0 without any.
+
+    mass: (nv, nv) symmetric M. damping: (nv,) diagonal D. own: (n,) those degrees of freedom. right: (nv,) b.
+    factor: (n, n) or larger, work array. out: (nv,) x, of which those are written.
+    """
+    count = own.shape[0]
+    for a in range(count):
+        i = own[a]
+        for b in range(a):
+            total = mass[i, own[b]]
+            for c in range(b):
+                total -= factor[a, c] * factor[b, c]
+            factor[a, b] = total / factor[b, b]
+        total, value = mass[i, i] + damping[i], right[i]
+        for c in range(a):
+            total -= factor[a, c] * factor[a, c]
+            value -= factor[a, c] * out[own[c]]
+        if not total > 0.0:
+            return 0
+        factor[a, a] = np.sqrt(total)
+        out[i] = value / factor[a, a]
+    for a in range(count - 1, -1, -1):
+        value = out[own[a]]
+        for c in range(a + 1, count):
+            value -= factor[c, a] * out[own[c]]
+        out[own[a]] = value / factor[a, a]
+    return 1

@@ -11,11 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
 from roboyard.transforms import Array, conjugate, multiply
 
 if TYPE_CHECKING:
     from roboyard._mujoco import mujoco
+
+kernels = lazy_module("roboyard.pybullet.bullet_rules.motor_kernels")
 
 
 @dataclass(kw_only=True, slots=True)
@@ -67,9 +70,11 @@ def stable_pd_torque(
     now = data.qvel
     push = targets.kp * (targets.position_error - timestep * now)
     push += targets.kd * (targets.velocity_target - now)
-    matrix = mass[np.ix_(own, own)] + np.diag(targets.kd[own]) * timestep
-    acceleration = np.zeros(model.nv)
-    acceleration[own] = np.linalg.solve(matrix, push[own] - bias[own])
+    acceleration, places = np.zeros(model.nv), np.array(own, np.int64)
+    work = np.empty((len(own), len(own)))
+    if not kernels().solve_damped(mass, targets.kd * timestep, places, push - bias, work, acceleration):
+        matrix = mass[np.ix_(own, own)] + np.diag(targets.kd[own]) * timestep  # negative gains
+        acceleration[own] = np.linalg.solve(matrix, push[own] - bias[own])
     return np.clip(push - targets.kd * timestep * acceleration, -targets.limit, targets.limit)
 
 

@@ -1,7 +1,8 @@
 """Constraints as machine code; see `fast_entries`.
 
-A fixed or point-to-point constraint of plain numbers becomes a request, which the scene builds when it next
-steps or reads constraints. One that is removed before was only an entry in a dictionary.
+A constraint of plain numbers becomes a request, which the scene builds when it next steps or reads
+constraints. One that is removed before was only an entry in a dictionary. Gears of joints that cannot have
+any, and slides without an axis, go to the Python function, which raises the error.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.face import constants as c
@@ -80,14 +81,15 @@ class CreationState(NamedTuple):
     moved: str = "is_moved"
     velocity_moved: str = "_velocity_moved"
     frames_are_old: str = "frames_are_old"
+    scalar: str = "is_scalar"
 
 
 _CREATION = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
 COMMAND, NONE, TRUE, WHOLE, NUMBER, LISTED, JOINED, SCENE, BODIES, JOINTS = range(3, 13)
-REQUESTED, IDS, NEXT, WORLD, MOVED, VELOCITY_MOVED, FRAMES = range(13, 20)
+REQUESTED, IDS, NEXT, WORLD, MOVED, VELOCITY_MOVED, FRAMES, SCALAR = range(13, 21)
 GIVEN, FIRST_VECTOR, FIRST_TURN = 10, 5, 8  # arguments after the client
-{parts(ATTRIBUTE, FOUND, PLAIN)}
+{parts(ATTRIBUTE, FOUND, PLAIN, ITEM, HAS_LENGTH)}
 @part
 def has_link(state, bodies, body, link):
     record = found(bodies, body)
@@ -100,10 +102,31 @@ def has_link(state, bodies, body, link):
     return -1 <= place < PyLong_AsLongLong(attribute(record, word(state, JOINTS)))
 
 @part
+def has_scalar_joint(state, bodies, body, link):
+    if not has_link(state, bodies, body, link) or PyLong_AsLongLong(link) < 0:
+        return False
+    scalar = attribute(found(bodies, body), word(state, SCALAR))  # a list
+    return scalar != 0 and word(word(scalar, ITEMS), PyLong_AsLongLong(link)) == word(state, TRUE)
+
+@part
+def vector_of_sequence(values, length):
+    if not has_length(values, length):
+        return 0
+    made, total = PyTuple_New(length), 0.0
+    for place in range(length):
+        size = item(values, place)
+        total += size * size
+        PyTuple_SetItem(made, place, PyFloat_FromDouble(size))
+    if total < 1e100:
+        return made
+    Py_DecRef(made)
+    return 0
+
+@part
 def vector(state, values, length):
     is_tuple = word(values, KIND) == word(word(state, JOINED), KIND)
     if not is_tuple and word(values, KIND) != word(word(state, LISTED), KIND):
-        return 0
+        return vector_of_sequence(values, length)
     if word(values, SIZE) != length:
         return 0
     start = values if is_tuple else word(values, ITEMS)
@@ -112,6 +135,8 @@ def vector(state, values, length):
     for place in range(length):
         value = word(start, first + place)
         size = plain(state, value)
+        if size != size:
+            size = item(values, place)  # no plain number, as NumPy's
         total += size * size
         if word(value, KIND) == word(word(state, NUMBER), KIND):
             Py_IncRef(value)
@@ -149,8 +174,17 @@ def has_ends(state, bodies, given):
     kind = PyLong_AsLongLong(given[5])
     if kind == -1 and PyErr_Occurred() != 0:
         PyErr_Clear()
-    if kind != {c.JOINT_FIXED} and kind != {c.JOINT_POINT2POINT}:
+    if kind == {c.JOINT_GEAR}:
+        return has_scalar_joint(state, bodies, given[1], given[2]) and has_scalar_joint(
+            state, bodies, given[3], given[4]
+        )
+    if kind != {c.JOINT_FIXED} and kind != {c.JOINT_POINT2POINT} and kind != {c.JOINT_PRISMATIC}:
         return False
+    if kind == {c.JOINT_PRISMATIC}:
+        x, y, z = item(given[6], 0), item(given[6], 1), item(given[6], 2)
+        size = x * x + y * y + z * z
+        if not 0.0 < size < 1e100:
+            return False
     if not has_link(state, bodies, given[1], given[2]):
         return False
     return given[3] == word(state, WHOLE) or has_link(state, bodies, given[3], given[4])

@@ -16,6 +16,8 @@ from roboyard.pybullet.state.body_records import MULTIBODY
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.sim.engine import Engine
+    from roboyard.transforms import Array
 
 COMMAND, KIND = "changeDynamics", "dynamics"
 _FRICTIONS = {"lateralFriction": "friction", "spinningFriction": "spinning_friction"} | {
@@ -52,25 +54,14 @@ def prepare_equal(
 
 def prepare_mass(record: BodyRecord, link: int) -> None:
     """Let machine code change the mass of a link whose moments are those of its shapes; they grow with it."""
-    world, state, places = record.body.world, record.links[link + 1], (record.number, link)
-    if not _is_due(record, link, "mass"):
-        return
-    forget_write(COMMAND, "mass", world.prepared, KIND, places)
-    handle = record.body.links[link + 1]
-    mass, moments, present = state.mass, state.moments, handle._built.mass
-    if not state.is_solid or mass <= 0.0 or (link < 0 and record.model.fixed_base):
-        return
+    numbers, state = _mass_numbers(record, link, "mass"), record.links[link + 1]
+    mass, moments = state.mass, state.moments
     least = 2.0 * max(MIN_INERTIA, LEAST_MOMENT) * mass / max(min(moments), 1e-300)
-    if (
-        not mass > least
-        or present is None
-        or present.mass != mass
-        or present.principal.tolist() != [*moments]
-    ):
-        return  # the World has other numbers
+    if numbers is None or state.solid_mass != mass or not mass > least:
+        return
     from roboyard.pybullet.fast.property_entries import Write
 
-    factors, numbers = np.zeros((4, 4)), np.zeros(4)
+    world, factors = record.body.world, np.zeros((4, 4))
     factors[:, 0] = 1.0, *(moment / mass for moment in moments)
     targets: tuple[Any, ...] = (numbers,)
     if not world.is_stale:
@@ -78,7 +69,7 @@ def prepare_mass(record: BodyRecord, link: int) -> None:
         targets = numbers, model.body_mass[row : row + 1], model.body_inertia[row]
     write = Write(
         owner=state,
-        name="mass",
+        name="solid_mass",
         factors=factors,
         targets=targets,
         places=(np.arange(4), np.array([0]), np.array([1, 2, 3])),
@@ -86,12 +77,71 @@ def prepare_mass(record: BodyRecord, link: int) -> None:
         other=state,
         other_name="moments",
         marked=world,
-        marks=() if world.is_stale else ("_inertia_changed", "is_moved", "_velocity_moved"),
+        marks=_marks(world),
         late=world.late_numbers,
-        key=handle.keep_mass,
+        key=record.body.links[link + 1].keep_mass,
         worth=numbers,
+        also=(state, "mass"),
     )
     _prepare(record, link, "mass", write)
+
+
+def prepare_inertia(record: BodyRecord, link: int) -> None:
+    """Let machine code change the moments of a link that a script gives."""
+    numbers, state = _mass_numbers(record, link, "localInertiaDiagonal"), record.links[link + 1]
+    if numbers is None or record.held:
+        return
+    from roboyard.pybullet.fast.property_entries import Write
+
+    world = record.body.world
+    targets: tuple[Any, ...] = (numbers[1:],)
+    if not world.is_stale:
+        targets = *targets, world.live_model.body_inertia[record.body.mujoco_ids[link + 1]]
+    write = Write(
+        owner=state,
+        name="moments",
+        factors=np.eye(3, 4),
+        targets=targets,
+        places=(np.arange(3),) * len(targets),
+        marked=world,
+        marks=_marks(world),
+        late=world.late_numbers,
+        key=record.body.links[link + 1].keep_mass,
+        worth=numbers,
+        also=(state, "solid_mass"),
+        is_inertia=True,
+    )
+    _prepare(record, link, "localInertiaDiagonal", write)
+
+
+def _mass_numbers(record: BodyRecord, link: int, argument: str) -> Array | None:
+    """Return (4,) mass (kg) and moments (kg m²) of a link, which all writes of it share.
+
+    None where machine code is not to change the argument now: then it no longer does.
+    """
+    world, state = record.body.world, record.links[link + 1]
+    known: Any = world.prepared.get(KIND)
+    key, values = ("masses", record.number, link), (state.mass, *state.moments)
+    if known is None:
+        return None
+    numbers = known.get(key)
+    if numbers is not None:
+        numbers[:] = values
+    if not _is_due(record, link, argument):
+        return None
+    forget_write(COMMAND, argument, world.prepared, KIND, (record.number, link))
+    if state.mass <= 0.0 or (link < 0 and record.model.fixed_base):
+        return None
+    present = record.body.links[link + 1]._built.mass
+    if present is None or (present.mass, *present.principal.tolist()) != values:
+        return None  # the World has other numbers
+    if numbers is None:
+        numbers = known[key] = np.array(values)
+    return numbers
+
+
+def _marks(world: Engine[Any]) -> tuple[str, ...]:
+    return () if world.is_stale else ("_inertia_changed", "is_moved", "_velocity_moved")
 
 
 def prepare_friction(record: BodyRecord, link: int, argument: str) -> None:

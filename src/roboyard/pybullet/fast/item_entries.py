@@ -120,6 +120,8 @@ def triple_of(state, values):
     for place in range(3):
         value = word(start, first + place)
         size = plain(state, value)
+        if size != size:
+            size = item(values, place)  # no plain number, as NumPy's
         total += size
         if word(value, KIND) == word(word(state, NUMBER), KIND):
             Py_IncRef(value)

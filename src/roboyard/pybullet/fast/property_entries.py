@@ -17,6 +17,7 @@ from math import inf
 from typing import Any
 
 from roboyard._records import NamedTuple
+from roboyard.description.mass_properties import LEAST_RATIO, MIN_INERTIA
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, NUMBER, PLAIN, TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
@@ -68,6 +69,8 @@ class Write(NamedTuple):
 
     The other's attribute is that again divided by its length, which the targets (4,) take with w first.
     """
+    is_inertia: bool = False
+    """Whether three numbers that are not the moments of a rigid body go to the function."""
 
 
 class Properties(NamedTuple):
@@ -100,7 +103,7 @@ KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
 NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED = range(11, 17)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
-MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES, TURNS = range(11, 21)
+MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES, TURNS, IS_INERTIA = range(11, 22)
 {parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE, NUMBER, ITEM, HAS_LENGTH)}
 @part
 def number_of(state, values, place):
@@ -111,6 +114,11 @@ def number_of(state, values, place):
         value = word(values, ITEMS + place)
     else:
         return item(values, place)
+    found = plain(state, value)
+    return found if found == found else number(value)
+
+@part
+def single(state, value):
     found = plain(state, value)
     return found if found == found else number(value)
 
@@ -132,12 +140,12 @@ def fits_change(state, given, count, place, first):
     length = PyLong_AsLongLong(word(word(state, LENGTHS), at))
     if length > 0:
         return has_numbers(state, value, length)
-    found, least = plain(state, value), 0.0
+    found, least = single(state, value), 0.0
     if length < 0:
         if place + 1 >= count or given[place + 1] == word(word(state, DEFAULTS), at + 1):
             return False
         least = 0.0 if length == {PAIR} else -np.inf
-        second = plain(state, given[place + 1])
+        second = single(state, given[place + 1])
         if not second >= least or second - second != 0.0:
             return False
     return found >= least and found - found == 0.0
@@ -218,6 +226,12 @@ def is_known(state, write, value, length):
     return True
 
 @part
+def are_moments(x, y, z):
+    large, small = max(x, y, z), min(x, y, z)
+    middle = max(min(x, y), min(max(x, y), z))
+    return small >= max(large * {LEAST_RATIO}, {MIN_INERTIA}) and large - small - middle <= 0.0
+
+@part
 def is_written(state, write, value, length):
     if word(write, FACTORS) == word(state, NONE):
         return False
@@ -226,6 +240,8 @@ def is_written(state, write, value, length):
         x, y = number_of(state, value, 0), number_of(state, value, 1)
         z = number_of(state, value, 2) if length > 2 else 0.0
         if word(write, RISES) == word(write, TRUE) and not x <= y:
+            return False
+        if word(write, IS_INERTIA) == word(write, TRUE) and not are_moments(x, y, z):
             return False
     elif not PyFloat_AsDouble(word(write, LEAST)) < x <= PyFloat_AsDouble(word(write, MOST)):
         return False
@@ -328,6 +344,9 @@ def entry(state, given, count, keywords):
             continue
         length = PyLong_AsLongLong(word(word(state, LENGTHS), at))
         Py_IncRef(value)
+        if length == 0 and plain(state, value) != plain(state, value):  # no plain number, as NumPy's
+            Py_DecRef(value)
+            value = PyFloat_FromDouble(number(given[place - 1]))
         if length < 0:
             Py_DecRef(value)
             value, length = PyTuple_New(2), 2

@@ -35,7 +35,7 @@ from roboyard.description.model import (
 from roboyard.description.urdf.xml import line_of, read_xml
 from roboyard.errors import DescriptionError
 from roboyard.pybullet.readers.mjcf_geoms import Geom, GeomDefaults, Reader, numbers, pose_of, read_geom
-from roboyard.transforms import Array, quaternion_from_matrix
+from roboyard.transforms import Array, inverse_pose, quaternion_from_matrix
 
 DENSITY = 1000.0
 """Density of bodies without a mass (kg/m³)."""
@@ -165,9 +165,9 @@ def _body(
             link = tree.add_link(None)
             if not has_joint:
                 joint_pose = pose_of(child, reader)
-                at, place = place @ joint_pose, np.linalg.inv(joint_pose).astype(np.float64)
+                at, place = place @ joint_pose, inverse_pose(joint_pose)
             else:
-                at = (np.linalg.inv(joint_pose) @ pose_of(child, reader)).astype(np.float64)
+                at = inverse_pose(joint_pose) @ pose_of(child, reader)
             _joint(child, reader, defaults, tree, parent, link, at)
             parent, has_joint = link, True
         elif child.tag == "geom":

@@ -159,8 +159,8 @@ class LinkState:
     """Upper limit of the joint set by a script (rad or m)."""
     collision_margin: float | None = None
     """Collision margin set by a script (m)."""
-    is_solid: bool = False
-    """Whether the moments are known to be those of the shapes with this mass."""
+    solid_mass: Any = None
+    """Mass (kg) where the moments are known to be those of the shapes; else no number."""
 
 
 class BodyRecord:

@@ -109,6 +109,20 @@ def build(scene: ConstraintScene, record: ConstraintRecord) -> None:
         )
 
 
+def regear(scene: ConstraintScene, record: ConstraintRecord) -> bool:
+    """Give the World's gear of two joints the properties of its record; return whether it is one."""
+    made = record.made
+    if made is None or made.tendon is not None or record.gear_aux_link is not None:
+        return False
+    constraints = scene.world.constraints
+    ends = _joint(scene, record.parent), _joint(scene, record.child)
+    target = record.relative_position_target if record.erp != 0.0 else None
+    constraints.change_gear(made, ends, record.gear_ratio or 1.0, target=target, share=record.erp)
+    if not record.is_bounded:
+        constraints.set_max_force(made, record.max_force / scene.world.timestep)
+    return True
+
+
 def remove(scene: ConstraintScene, record: ConstraintRecord) -> None:
     """Remove the World's constraint, if it exists."""
     if record.anchor is not None:

@@ -379,10 +379,14 @@ class LastStep:
         scene, world = self._scene, self._scene.world
         if scene.has_sensors:
             return True
-        if world.is_stale or not world.live_data.ncon or self._contacts is not None or self._seen is not None:
+        if world.is_stale or self._contacts is not None or self._seen is not None:
             return False
-        geoms = world.live_data.contact.geom.ravel().tolist()
-        return any(geom in geoms for link in record.body.geom_rows for geom in link)
+        count, in_place = world.live_data.ncon, world.stepping.contacts_in_place()
+        if not count:
+            return False
+        pairs = (world.live_data.contact if in_place is None else in_place[0]).geom[:count].tolist()
+        own = {geom for link in record.body.geom_rows for geom in link}
+        return any(one in own or other in own for one, other in pairs)
 
     def _present(self) -> list[Contact]:
         return list(touching(self._scene))

@@ -28,7 +28,7 @@ MODE, KP, VELOCITY, KD, LARGEST = range(5)
 IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 SOFTNESS = 0.03
 """Factor on the compliance that this impedance leaves to a motor."""
-_PACK = struct.Struct("5d").pack_into
+_PACK, _PACK_TARGET = struct.Struct("5d").pack_into, struct.Struct("4d").pack_into
 MOTORED = ("revolute", "continuous", "prismatic", "spherical")
 
 
@@ -102,17 +102,22 @@ class VelocityMotors:
             return
         motors, targets, bounds = own.motors, own.targets, own.bounds
         rows = slice(start, start + self._size(joint))
-        motors[rows, MODE] = 1.0 if position is None else 3.0 if by_angles else 2.0
-        motors[rows, KP], motors[rows, KD] = kp, kd
-        motors[rows, VELOCITY], motors[rows, LARGEST] = velocity, max_velocity
+        mode = 1.0 if position is None else 3.0 if by_angles else 2.0
+        if type(kp) is type(kd) is type(velocity) is float and type(position) is tuple:
+            own.aim_together(range(rows.start, rows.stop), mode, position, velocity, kp, kd, max_velocity)
+        else:
+            motors[rows, MODE], motors[rows, KP], motors[rows, KD] = mode, kp, kd
+            motors[rows, VELOCITY], motors[rows, LARGEST] = velocity, max_velocity
+            if position is not None:
+                targets[start] = to_wxyz(position)
+            if not np.isfinite(motors[rows]).all() or not np.isfinite(targets[rows]).all():
+                raise RoboyardError(
+                    f"joint {joint.name!r}: a motor's target and gains must be finite, got {motors[rows]}"
+                )
+        before = bounds[rows].tolist()
         bounds[rows, 0], bounds[rows, 1] = max_force, max_impulse
-        if position is not None:
-            targets[start] = to_wxyz(position)
-        if not np.isfinite(motors[rows]).all() or not np.isfinite(targets[rows]).all():
-            raise RoboyardError(
-                f"joint {joint.name!r}: a motor's target and gains must be finite, got {motors[rows]}"
-            )
-        self.bounds_changed(joint.body, rows)
+        if bounds[rows].tolist() != before:
+            self.bounds_changed(joint.body, rows)
 
     def clear(self, joint: Joint) -> None:
         """Remove a joint's motor."""
@@ -272,7 +277,7 @@ class VelocityMotors:
 class BodyMotors:
     """The motors of one body, by dof among its joints' dofs; scripts set all of them in every step."""
 
-    __slots__ = ("_all", "_body", "_buffer", "_goals", "bounds", "motors", "targets")
+    __slots__ = ("_all", "_body", "_buffer", "_goals", "_target_memory", "bounds", "motors", "targets")
 
     def __init__(self, every: VelocityMotors, body: LinkBody) -> None:
         count = body.joint_dofs
@@ -295,6 +300,7 @@ class BodyMotors:
         self._goals = (
             targets.reshape(-1).data.cast("B").cast("d") if targets.size else memoryview(b"").cast("d")
         )
+        self._target_memory = targets.reshape(-1).data if targets.size else memoryview(bytearray())
 
     def set(
         self,
@@ -331,6 +337,27 @@ class BodyMotors:
         _PACK(self._buffer, row * 40, mode, kp, velocity, kd, max_velocity)
         if mode == 2.0:
             self._goals[4 * row] = target
+
+    def aim_together(
+        self,
+        rows: range,
+        mode: float,
+        target: tuple[float, ...],
+        velocity: float,
+        kp: float,
+        kd: float,
+        max_velocity: float,
+    ) -> None:
+        """Set the motor of a spherical joint but for its bounds, its target (4,) x, y, z, w; see `set`."""
+        x, y, z, w = target
+        total = x + y + z + w + velocity + kp + kd + max_velocity
+        if total - total != 0.0:
+            raise RoboyardError(
+                f"body {self._body.name!r}: a motor's target and gains must be finite, got {total}"
+            )
+        for row in rows:
+            _PACK(self._buffer, row * 40, mode, kp, velocity, kd, max_velocity)
+        _PACK_TARGET(self._target_memory, rows.start * 32, w, x, y, z)
 
     def bound(self, row: int, max_impulse: float, max_force: float = 0.0) -> None:
         """Bound a motor by its impulse in a step (N m s or N s) and its force (N m or N) in addition."""

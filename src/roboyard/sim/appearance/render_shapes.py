@@ -61,9 +61,10 @@ class RenderShapes:
         """Return the shapes of a body by link index."""
         if self._changes:
             self._apply_changes()
-        return self._shapes_of(body)
+        return self.without_late_changes(body)
 
-    def _shapes_of(self, body: Body) -> dict[int, list[ShapeAppearance]]:
+    def without_late_changes(self, body: Body) -> dict[int, list[ShapeAppearance]]:
+        """Return the shapes of a body by link index, without changes that are still to come."""
         if body.id not in self._by_body:
             looks = _gather(body)
             if self._world.profile.keeps_textures:
@@ -95,7 +96,7 @@ class RenderShapes:
     def _apply_changes(self) -> None:
         waiting, self._changes = self._changes, {}
         for (_, link, place, name), (body, value) in waiting.items():
-            for index, look in enumerate(self._shapes_of(body).get(link, ())):
+            for index, look in enumerate(self.without_late_changes(body).get(link, ())):
                 shape = look.shape
                 is_painted = name == "rgba" and shape.use_mesh_colors
                 if place in (-1, index) and (is_painted or not _is_same(getattr(shape, name), value)):

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from struct import Struct
 from typing import Any, Literal
 
 import numpy as np
@@ -32,13 +31,13 @@ from roboyard.sim.constraints.records import (
     unit_quaternion,
 )
 from roboyard.sim.constraints.rows import ConstraintRows
+from roboyard.sim.constraints.spec_elements import PACK_POSITION, PACK_QUATERNION
 from roboyard.sim.engine import Engine
 from roboyard.sim.joint import Joint
 from roboyard.sim.link import Link
 
 MOST_INACTIVE = 8
 """Largest number of inactive constraints of each size that a compile keeps."""
-_PACK_POSITION, _PACK_QUATERNION = Struct("3d").pack_into, Struct("4d").pack_into
 
 
 class Constraints:
@@ -56,11 +55,10 @@ class Constraints:
         """Called before rows of a removed constraint become another's, while they hold the last step."""
         self._inactive: dict[str, list[Elements]] = {"weld": [], "point": [], "gear": []}
         """Elements of removed constraints in the spec, inactive, by kind; slides are welds."""
-        self._geared: dict[str, tuple[int, int]] = {}
-        """By name of a gear's element in the spec, the ids of the bodies whose joints it names."""
-        self._positions: Any = None
-        self._quaternions: Any = None
-        """The memory of MuJoCo's positions and quaternions of sites."""
+        self._geared: dict[str, tuple[int, int, str, str]] = {}
+        """By name of a gear's element in the spec, the ids of two bodies and the names of their joints."""
+        self._arrays: Any = None
+        """The memory of MuJoCo's arrays."""
         self._edits = -1
         """Edits of the world so far, if they are the only ones since its compile; else -1."""
         self.rows = ConstraintRows(world, self._by_id)
@@ -78,9 +76,14 @@ class Constraints:
     def is_bounded(self) -> bool:
         """Whether any constraint has a force bound or an axis that steps must apply."""
         return any(
-            constraint.kind == "slide" or np.isfinite(constraint.max_force)
+            constraint.kind == "slide" or math.isfinite(constraint.max_force)
             for constraint in self._by_id.values()
         )
+
+    @property
+    def inactive_count(self) -> int:
+        """Number of rows of removed constraints among MuJoCo's equalities."""
+        return sum(map(len, self._inactive.values()))
 
     def add_weld(
         self,
@@ -171,7 +174,7 @@ class Constraints:
             max_force,
         )
         made.axis = direction / length
-        self._world.refresh_stepping()
+        self._world.constraints_changed()
         return made
 
     def add_gear(
@@ -213,6 +216,30 @@ class Constraints:
         self.set_gear(constraint, ratio, offset if against is None else offset - against.position)
         return constraint
 
+    def change_gear(
+        self,
+        constraint: Constraint,
+        joints: tuple[Joint, Joint],
+        ratio: float,
+        *,
+        target: float | None,
+        share: float,
+    ) -> None:
+        """Give a gear of two joints another ratio, from now on.
+
+        Args:
+            constraint: the gear.
+            joints: those that it couples.
+            ratio: of `add_gear`.
+            target: q_a + ratio q_b (rad or m), held from now on; None for that of the present positions.
+            share: of the profile's error reduction.
+        """
+        now = joints[0].position + ratio * joints[1].position if target is None else target
+        self.set_gear(constraint, ratio, now)
+        if share != constraint.share:
+            constraint.share = share
+            self._world.constraints_changed()
+
     def _add_gear(self, constraint: Constraint, joints: Sequence[Joint], ratio: float) -> None:
         """Add the elements of a gear of two or three joints to the spec."""
         name, spec = f"constraint{constraint.id}", self._world.raw_spec
@@ -229,8 +256,12 @@ class Constraints:
 
     def _name_joints(self, element: Any, joints: Sequence[Joint]) -> None:
         """Write the names of a gear's joints into the spec."""
-        element.name1, element.name2 = (joint._built.joint_elements[0].name for joint in joints)
-        self._geared[element.name] = joints[0].body.id, joints[1].body.id
+        one, two = joints
+        names = one._built.joint_elements[0].name, two._built.joint_elements[0].name
+        known, name = (one.body.id, two.body.id, *names), element.name
+        if self._geared.get(name) != known:
+            element.name1, element.name2 = names
+            self._geared[name] = known
 
     def _reuse_gear(self, constraint: Constraint, joints: Sequence[Joint], max_force: float) -> None:
         """Let a new gear of two joints have the row of a removed one."""
@@ -238,7 +269,7 @@ class Constraints:
         self._name_joints(constraint.element, joints)
         one, two = (joint._built.joint_elements[0].id for joint in joints)
         model.eq_obj1id[number], model.eq_obj2id[number] = one, two
-        self._world.live_data.eq_active[number] = model.eq_active0[number] = True
+        self._arrays.switch(number, on=True)
         self._changed()
 
     def _between(
@@ -288,6 +319,9 @@ class Constraints:
         for constraint in self._new:
             self._enter(constraint)
         self._new.clear()
+        for constraint in self._by_id.values():
+            if constraint.kind == "gear":
+                self._write_gear(constraint)
         for found in inactive.values():
             for elements in found[MOST_INACTIVE:]:
                 spec_elements.delete(self._world.raw_spec, elements)
@@ -366,8 +400,8 @@ class Constraints:
         """Let a new constraint have the rows of a removed one; return whether there were any."""
         if not self._inactive[size_of(constraint.kind)]:
             return False
-        model, _ = self._take_inactive(constraint, max_force)
-        spec_elements.write(constraint, model, self._world.live_data)
+        self._take_inactive(constraint, max_force)
+        self._arrays.write(constraint)
         self._changed()
         return True
 
@@ -381,10 +415,11 @@ class Constraints:
         constraint.element.active = True
         self._register(constraint, max_force)
         model, data, number = world.live_model, world.live_data, constraint.element.id
-        model.eq_solref[number] = spec_elements.STIFF_SOLREF
-        model.eq_solimp[number] = spec_elements.STIFF_SOLIMP
-        ours = data.efc_id[: data.ne] == number
-        data.efc_force[: data.ne][ours] = 0.0  # of the removed one
+        self._arrays.stiffen(constraint)
+        count = data.ne
+        if count:
+            ours = data.efc_id[:count] == number
+            data.efc_force[:count][ours] = 0.0  # of the removed one
         return model, number
 
     def _changed(self) -> None:
@@ -444,10 +479,10 @@ class Constraints:
         row = constraint.rows[0 if side == "a" else 1]
         if place is not None:
             x, y, z = np.asarray(place).tolist() if type(place) is not tuple else place
-            _PACK_POSITION(self._positions, 24 * row, x, y, z)
+            PACK_POSITION(self._arrays.position, 24 * row, x, y, z)
         if turn is not None:
             i, j, k, w = turn
-            _PACK_QUATERNION(self._quaternions, 32 * row, w, i, j, k)
+            PACK_QUATERNION(self._arrays.quaternion, 32 * row, w, i, j, k)
 
     def set_gear(self, constraint: Constraint, ratio: float, offset: float) -> None:
         """Couple positions as q_a = offset - ratio q_b; with a third joint as q_a = offset - ratio q_b + q_c.
@@ -461,12 +496,16 @@ class Constraints:
                 "make a new gear"
             )
         check_finite("ratio and offset", (ratio, offset))
-        constraint.gear_ratio = ratio
-        data = np.zeros(len(constraint.element.data))
-        data[:2] = offset, 0.0 if constraint.tendon is not None else -ratio
-        constraint.element.data = data
+        constraint.gear_ratio, constraint.gear_offset = ratio, offset
         if self._world.takes_numbers():
-            self._world.live_model.eq_data[constraint.element.id, :2] = data[:2]
+            factor = 0.0 if constraint.tendon is not None else -ratio
+            self._world.live_model.eq_data[constraint.element.id, :2] = offset, factor
+
+    def _write_gear(self, constraint: Constraint) -> None:
+        """Write the positions that a gear couples into the spec."""
+        data = np.zeros(len(constraint.element.data))
+        data[:2] = constraint.gear_offset, 0.0 if constraint.tendon is not None else -constraint.gear_ratio
+        constraint.element.data = data
 
     def set_max_force(self, constraint: Constraint, max_force: float) -> None:
         """Set the force bound of each row (N or N m).
@@ -477,12 +516,12 @@ class Constraints:
         check_force(max_force)
         if constraint.max_force == max_force:
             return
-        was_bounded = np.isfinite(constraint.max_force)
+        was_bounded = math.isfinite(constraint.max_force)
         constraint.max_force = max_force
-        if was_bounded and np.isfinite(max_force) and self.rows.write_bound(constraint):
+        if was_bounded and math.isfinite(max_force) and self.rows.write_bound(constraint):
             return
         self.rows.refresh()
-        self._world.refresh_stepping()
+        self._world.constraints_changed()
 
     def remove(self, constraint: Constraint) -> None:
         """Remove a constraint."""
@@ -497,8 +536,7 @@ class Constraints:
         if constraint.tendon is None and not constraint.is_in_place:
             self._inactive[size_of(constraint.kind)].append(elements)
             if world.takes_numbers():
-                model, number = world.live_model, constraint.element.id
-                world.live_data.eq_active[number] = model.eq_active0[number] = False
+                self._arrays.switch(constraint.element.id, on=False)
                 self._changed()
             return
         self.enter_new()
@@ -515,7 +553,7 @@ class Constraints:
         del self._by_id[constraint.id]
         if not self._new:
             world.forgo_compile(self._edits)
-        world.refresh_stepping()
+        world.constraints_changed()
 
     def forget(self, body_id: int) -> None:
         """Remove the constraints of a body that is removed."""
@@ -524,7 +562,7 @@ class Constraints:
             if any(link is not None and link.body.id == body_id for link in ends):
                 self.remove(constraint)
         gears = self._inactive["gear"]
-        ending = [elements for elements in gears if body_id in self._geared[elements[0].name]]
+        ending = [elements for elements in gears if body_id in self._geared[elements[0].name][:2]]
         for elements in ending:  # they name joints that end
             gears.remove(elements)
             spec_elements.delete(self._world.raw_spec, elements)
@@ -534,11 +572,16 @@ class Constraints:
     def invalidate(self) -> None:
         """Write into MuJoCo's arrays, which are new."""
         self.rows.invalidate()
-        model, data = self._world.live_model, self._world.live_data
-        self._positions, self._quaternions = model.site_pos.data, model.site_quat.data
+        data = self._world.live_data
+        arrays = self._arrays = spec_elements.Arrays(self._world.live_model, data)
         for constraint in self._by_id.values():
-            if constraint.has_frames and constraint.element is not None:
-                spec_elements.write(constraint, model, data)
+            constraint.ends, constraint.tuned = None, 0.0
+            if constraint.element is None:
+                continue
+            if constraint.has_frames:
+                arrays.write(constraint)
+            else:
+                arrays.switch(constraint.element.id, on=True)
         self._write_inactive(data.eq_active)
 
     def restore_active(self, active: np.ndarray, since: int) -> None:

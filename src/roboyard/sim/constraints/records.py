@@ -16,6 +16,13 @@ from roboyard.transforms import Array, normalized
 Kind = Literal["weld", "slide", "point", "gear"]
 
 
+Elements = tuple[Any, Any, Any]
+"""The equality and the sites of a constraint in the spec."""
+Ends = tuple[int, int, int, int, int, int]
+"""Row among MuJoCo's equalities, two kinematic trees, degree of freedom of a gear's third joint, two sites of
+the frames; -1 for none."""
+
+
 @dataclass(kw_only=True, slots=True, eq=False)
 class Constraint:
     """One constraint. Frames are relative to link frames; without a second link, to the world."""
@@ -43,10 +50,16 @@ class Constraint:
     max_force: float = np.inf
     """Force bound (N or N m) of each row: three for a point, six for a weld or slide, one for a gear."""
     gear_ratio: float = 0.0
+    gear_offset: float = 0.0
+    """Position of the first joint of a gear where the others' are 0 (rad or m)."""
     axis: Array | None = None
     """Unit axis (3,) of a slide, in the frame of link_a."""
     tendon: Any = None
     """The tendon of a gear with a third joint."""
+    ends: Ends | None = None
+    """Its data for the order of solution; None where they have to be looked up."""
+    tuned: float = 0.0
+    """Time step (s) for which the stiffness of its rows is set; 0 where it is that without a bound."""
     share: float = 1.0
     """Share of the profile's error reduction, where rows are solved in turn; 0 holds velocities alone."""
 
@@ -54,10 +67,6 @@ class Constraint:
     def has_frames(self) -> bool:
         """Whether it is no gear."""
         return self.position_a is not None
-
-
-Elements = tuple[Any, Any, Any]
-"""The equality and the sites of a constraint in the spec."""
 
 
 def size_of(kind: Kind) -> str:

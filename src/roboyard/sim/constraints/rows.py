@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
 from roboyard.sim.body import Body
 from roboyard.sim.constraints.bounded_rows import HALF_ANGLE, bound_rows, free_axis
-from roboyard.sim.constraints.records import Constraint
+from roboyard.sim.constraints.records import Constraint, Ends
 from roboyard.sim.constraints.spec_elements import STIFF_SOLIMP
 from roboyard.sim.engine import Engine
 from roboyard.transforms import Array
@@ -34,6 +35,10 @@ class ConstraintRows:
         self._are_known = False
         self._written: np.ndarray | None = None
         """(neq, 2) bounds where they were last written for the solver of rows in turn."""
+        self._numbers: Any = None
+        """The memory of those bounds."""
+        self._shares: Any = None
+        """The memory of the shares that were last written with them."""
         self._tuned_timestep = 0.0
         """Time step for which stiffness is set (s); 0 where that changed."""
 
@@ -46,6 +51,7 @@ class ConstraintRows:
         """Note that MuJoCo's arrays are new."""
         self.refresh()
         self._bounds, self._written = np.zeros(0), None
+        self._numbers = self._shares = None
 
     def bound_places(self, constraint: Constraint) -> tuple[np.ndarray, np.ndarray] | None:
         """Return where a finite bound of a constraint is written while MuJoCo's arrays are the same.
@@ -110,53 +116,57 @@ class ConstraintRows:
         self._tuned_timestep = timestep
         most = STIFF_SOLIMP[1]
         for constraint in self._by_id.values():
-            if np.isfinite(constraint.max_force):
+            if constraint.tuned != timestep and isfinite(constraint.max_force):
+                constraint.tuned = timestep
                 pull = (-CORRECTION * most**2 / timestep**2, -most / timestep)
                 model.eq_solref[constraint.element.id] = pull
 
-    def write_trees(self, model: Any, trees: np.ndarray, aux: np.ndarray, places: np.ndarray) -> None:
-        """Write what the solver of rows in turn needs to know of all equalities.
+    def ends(self, model: Any) -> tuple[Ends, ...]:
+        """Return what the order of solution needs to know of all constraints, as they were added."""
+        return tuple(
+            [constraint.ends or self._look_up_ends(model, constraint) for constraint in self._by_id.values()]
+        )
 
-        Args:
-            model: MjModel.
-            trees: (neq, 2) kinematic trees, -1 for none, -2 for equalities that are not of these constraints.
-            aux: (neq,) degree of freedom of a gear's third joint, -1 for none.
-            places: (neq, 2) sites of the frames, -1 for none.
-        """
-        trees[:], aux[:], places[:] = -2, -1, -1
-        owner_of, tree_of = model.site_bodyid.item, model.body_treeid.item
-        for constraint in self._by_id.values():
-            equality = constraint.element.id
+    def _look_up_ends(self, model: Any, constraint: Constraint) -> Ends:
+        equality, aux, sites = constraint.element.id, -1, (-1, -1)
+        if constraint.has_frames:
+            owner_of, tree_of, sites = model.site_bodyid.item, model.body_treeid.item, constraint.rows
+            trees = tree_of(owner_of(sites[0])), tree_of(owner_of(sites[1]))
+        else:
             if constraint.tendon is not None:
-                first = model.tendon_adr[constraint.tendon.id]
-                dofs = model.jnt_dofadr[model.wrap_objid[first : first + 3]]
-                aux[equality] = dofs[2]
-                found = model.dof_treeid[dofs[:2]]
-            elif constraint.kind == "gear":
-                joints = model.eq_obj1id[equality], model.eq_obj2id[equality]
-                found = model.dof_treeid[model.jnt_dofadr[list(joints)]]
+                first = model.tendon_adr.item(constraint.tendon.id)
+                joints = model.wrap_objid[first : first + 3].tolist()
+                aux = model.jnt_dofadr.item(joints[2])
             else:
-                sites = constraint.rows
-                found = tree_of(owner_of(sites[0])), tree_of(owner_of(sites[1]))
-                places[equality] = sites
-            trees[equality] = found
-
-    @property
-    def equalities(self) -> list[int]:
-        """Rows of all constraints among MuJoCo's equalities, in the order in which they were added."""
-        return [constraint.element.id for constraint in self._by_id.values()]
+                joints = model.eq_obj1id.item(equality), model.eq_obj2id.item(equality)
+            dof_of, tree_of = model.jnt_dofadr.item, model.dof_treeid.item
+            trees = tree_of(dof_of(joints[0])), tree_of(dof_of(joints[1]))
+        found = constraint.ends = equality, *trees, aux, *sites
+        return found
 
     def write_bounds(self, bounds: np.ndarray, shares: np.ndarray) -> None:
         """Write (neq, 2) bounds of rows, the last three of a weld's apart, and (neq,) shares.
 
         The bounds are in the rows' units, of which a weld's last are half angles.
         """
-        bounds[:], shares[:] = LARGEST_FORCE, 1.0
+        if self._written is not bounds:
+            bounds[:], shares[:] = LARGEST_FORCE, 1.0
+            self._written, self._numbers, self._shares = bounds, bounds.reshape(-1).data, shares.data
+        numbers, parts = self._numbers, self._shares
         for constraint in self._by_id.values():
-            force, equality = min(constraint.max_force, LARGEST_FORCE), constraint.element.id
-            bounds[equality] = force, 2.0 * force
-            shares[equality] = constraint.share
-        self._written = bounds
+            force, equality = constraint.max_force, constraint.element.id
+            if force > LARGEST_FORCE:
+                force = LARGEST_FORCE
+            numbers[2 * equality], numbers[2 * equality + 1] = force, 2.0 * force
+            parts[equality] = constraint.share
+
+    def slides(self) -> list[tuple[int, int, Array]]:
+        """Return row among MuJoCo's equalities, site of the frame and axis (3,) in it of each slide."""
+        return [
+            (constraint.element.id, constraint.site_a.id, constraint.axis)
+            for constraint in self._by_id.values()
+            if constraint.axis is not None
+        ]
 
     def free_axes(self, model: Any, data: Any) -> None:
         """Free slides along their axes, between the halves of a step."""

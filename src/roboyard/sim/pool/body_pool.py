@@ -384,13 +384,16 @@ class BodyPool:
 
     def can_release(self, body: EngineBody) -> bool:
         """Return whether a body can become inactive, so that its elements stay until the next compile."""
-        engine = self._engine
-        if engine.is_stale or not is_apart(body, engine.live_model):
+        engine, slot = self._engine, self._slot_of.get(body.id)
+        is_new = (
+            slot is not None and slot.edits == engine.element_edits
+        )  # nothing was added to the spec since
+        if engine.is_stale or not (is_new or is_apart(body, engine.live_model)):
             return False
         built = body.built
         if engine.would_be_pile(more_dofs=0) and not engine.would_be_pile(more_dofs=-built.free_dofs):
             return False  # contacts turn hard again: their numbers are in the spec
-        if body.id in self._slot_of:
+        if slot is not None:
             return True
         if len(built.links) > 1:
             return self._former_template(body) is not None

@@ -108,6 +108,8 @@ class ContactRows:
         """The search among these rows."""
         self._model: Any = None
         self._makes_joints = False
+        self.has_equalities = False
+        """Whether any equality of the model may act."""
         self._data: Any = None
         self._lengths: np.ndarray | None = None
         self.welds: np.ndarray | None = None
@@ -134,9 +136,9 @@ class ContactRows:
         """Return whether rows of joints are made here, too: there are no others but those of contacts."""
         if self._model is not model:
             turning = model.jnt_type == int(mujoco.mjtJoint.mjJNT_BALL)
-            self._makes_joints = not (model.neq or model.ntendon or turning.any())
+            self._makes_joints = not (model.ntendon or turning.any())
             self._model, self._addresses = model, None
-        return self._makes_joints
+        return self._makes_joints and not self.has_equalities
 
     def serves(self, model: Any, manifolds: Manifolds) -> bool:
         """Return whether the next step is to be executed in this way."""

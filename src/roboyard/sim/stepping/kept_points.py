@@ -13,7 +13,17 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.broad_phase.box_tree import NODE, TIES, TOP, TREE, WAY, new_node, put_in
 from roboyard.sim.stepping.face_corners import SCRATCH
-from roboyard.sim.stepping.impulses.records import LINKS, NOTES, SHAPES, WORK, Points
+from roboyard.sim.stepping.impulses.records import (
+    LINKS,
+    LISTED,
+    NOTES,
+    PAIRS,
+    RANKED,
+    RENUMBERED,
+    SHAPES,
+    WORK,
+    Points,
+)  # fmt: skip
 from roboyard.sim.stepping.narrow_phase.field_kernels import WORK as SEARCHED
 from roboyard.transforms import Array
 
@@ -138,10 +148,9 @@ def make_points(order: CreationOrder, pairs: int, meeting: int, nodes: int = 0) 
         nodes: how many numbers a tree of boxes has given that is to be copied.
     """
     turns, bodies, notes = order.turns, len(order.links), np.zeros(NOTES, np.int64)
-    geoms, shapes, ages = len(turns), np.count_nonzero(turns >= 0), np.zeros(len(turns), np.int32)
-    ages[turns[:shapes]] = np.arange(shapes)
-    notes[[SHAPES, LINKS]] = shapes, np.count_nonzero(order.links >= 0)
-    room, table = max(2 * bodies, nodes) + 2, 1 << (2 * meeting).bit_length()
+    geoms, ages = len(turns), np.zeros(len(turns), np.int32)
+    notes[[SHAPES, LINKS]] = _write_ages(turns, ages), np.count_nonzero(order.links >= 0)
+    room, table = _nodes_for(bodies, nodes), 1 << (2 * meeting).bit_length()
     tree = np.full(TREE, -1, np.int64)
     tree[[TOP, WAY]] = 0
     bounds = np.zeros((bodies, 6))
@@ -202,6 +211,90 @@ def tree_of_boxes(boxes: Array) -> tuple[np.ndarray, Array, np.ndarray, np.ndarr
         nodes[leaf] = [*box, *(box[:3] + box[3:])]
         put_in(nodes, ties, tree, leaf)
     return leaves, nodes, ties, tree
+
+
+def _write_ages(turns: np.ndarray, ages: np.ndarray) -> int:
+    """Write the place of each geom in an order, where ages are 0; return the number of geoms in it."""
+    shapes = int(np.count_nonzero(turns >= 0))
+    ages[turns[:shapes]] = np.arange(shapes)
+    return shapes
+
+
+def _nodes_for(bodies: int, nodes: int) -> int:
+    """Return the room for a tree of so many of MuJoCo's bodies that may have given so many numbers."""
+    return max(2 * bodies, nodes) + 2
+
+
+def has_room(points: Points, pairs: int, meeting: int, *, nodes: int) -> bool:
+    """Return whether arrays have the room that `make_points` would make."""
+    enough = points.keys.shape[1] >= pairs and points.pairs.shape[1] >= meeting
+    return enough and len(points.nodes) >= _nodes_for(len(points.links), nodes)
+
+
+def start_again(points: Points, order: CreationOrder) -> None:
+    """Leave the arrays of other bodies as `make_points` would make them, but for room."""
+    for name, array in order._asdict().items():
+        getattr(points, name)[:] = array
+    points.ages[:] = 0
+    points.notes[SHAPES] = _write_ages(order.turns, points.ages)
+    points.notes[LINKS] = np.count_nonzero(order.links >= 0)
+    forget_points(points)
+
+
+@dataclass(frozen=True, slots=True)
+class Content:
+    """The content of the arrays of `Points` before a step, in as many of their columns as are used."""
+
+    keys: np.ndarray
+    counts: np.ndarray
+    points: Array
+    pairs: np.ndarray
+    ranked: np.ndarray
+    whole: tuple[np.ndarray, ...]
+    """The arrays of `_WHOLE`."""
+
+
+_WHOLE = ("links", "tree_places", "leaves", "nodes", "ties", "tree", "bounds", "notes")
+"""Arrays that are copied as they are."""
+
+
+def forget_points(points: Points) -> None:
+    """Leave the arrays as `make_points` returns them, but for room and order of geoms and links."""
+    shapes, links = points.notes[[SHAPES, LINKS]].tolist()
+    points.notes[:], points.bounds[:], points.bounds[:, 0] = 0, 0.0, 1.0
+    points.notes[[SHAPES, LINKS, RENUMBERED]] = shapes, links, 1  # so that the tables are emptied
+    points.leaves[:], points.tree[:] = -1, -1
+    points.tree[[TOP, WAY]] = 0
+    _forget_boxes(points)
+
+
+def _forget_boxes(points: Points) -> None:
+    points.written[:], points.seats[:], points.slots[:] = -1, np.inf, -1
+
+
+def content_of(points: Points) -> Content:
+    """Return a copy of what the arrays hold, where no step was taken since `forget_points`."""
+    pairs, listed, ranked = points.notes[[PAIRS, LISTED, RANKED]].tolist()
+    return Content(
+        keys=points.keys[0, :pairs].copy(),
+        counts=points.counts[0, :pairs].copy(),
+        points=points.points[0, :pairs].copy(),
+        pairs=points.pairs[:, :listed].copy(),
+        ranked=points.ranked[:, :ranked].copy(),
+        whole=tuple(getattr(points, name).copy() for name in _WHOLE),
+    )
+
+
+def write_content(points: Points, content: Content) -> None:
+    """Write what the arrays held."""
+    pairs, listed, ranked = len(content.keys), content.pairs.shape[1], content.ranked.shape[1]
+    for name, array in zip(_WHOLE, content.whole, strict=True):
+        getattr(points, name)[:] = array
+    if pairs:
+        points.keys[0, :pairs], points.counts[0, :pairs] = content.keys, content.counts
+        points.points[0, :pairs] = content.points
+    points.pairs[:, :listed], points.ranked[:, :ranked] = content.pairs, content.ranked
+    _forget_boxes(points)
 
 
 def owners_of_geoms(world: Engine[Body], count: int) -> np.ndarray:

@@ -32,17 +32,24 @@ from roboyard.sim.stepping.impulses.records import (
     RENUMBERED,
     SORTED,
     TABLE,
+    Points,
 )  # fmt: skip
 from roboyard.sim.stepping.kept_points import (
+    Content,
     CreationOrder,
     KeptPoints,
     MetPairs,
+    content_of,
     creation_order,
+    forget_points,
+    has_room,
     make_points,
     no_points,
     owners_of_geoms,
     owners_of_links,
+    start_again,
     without,
+    write_content,
 )
 from roboyard.sim.stepping.narrow_phase.fields import Fields
 from roboyard.sim.stepping.narrow_phase.kept_fields import kept_fields
@@ -60,6 +67,10 @@ face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
 _OWNERS, _SETS = "owners of geoms", 4
 """Name in `Engine.of_arrays`, and number of sets of bodies that are kept."""
+_POINTS = "points of contacts"
+"""Name in `Engine.of_arrays`."""
+_STATES = 8
+"""Saved states of which it is kept what was written, for programs that restore the same again and again."""
 _NO_GEOMS = np.zeros(0, np.int32)
 _REFRESHES = 1024
 """Most changes of filters between two steps that are followed in their order; of more, the last half."""
@@ -81,8 +92,12 @@ class Manifolds:
     def __init__(self, world: Engine[Body], windows: TriangleWindows) -> None:
         self._world, self._windows = world, windows
         self._bound: _Bound | None = None
+        self._former: _Bound | None = None
+        """The arrays that were bound, where only a state was restored since."""
         self._kept: KeptPoints | None = None
         """The points until arrays are bound again, where bodies were added or removed."""
+        self._written: dict[int, tuple[KeptPoints | None, _Written]] = {}
+        """Saved points by their id, with what was written of them into the arrays that are bound."""
         self._refreshed: deque[tuple[int, int | None]] = deque(maxlen=_REFRESHES)
         """Bodies and links whose filters changed since the last step, in order; None for all links."""
         self._ended = set[tuple[int, int | None]]()
@@ -116,6 +131,7 @@ class Manifolds:
             self._ranges.clear()
             if not self.points.notes[REFRESHED]:
                 self._refreshed.clear()
+        self._former = None
 
     def refresh(self, body: int, link: int | None = None) -> None:
         """Note that a filter of a link, or of all links of a body (by id), was set.
@@ -188,6 +204,8 @@ class Manifolds:
             is_there: whether the rows are its own from now on.
         """
         bound = self._bound
+        self._former = None
+        self._written.clear()
         if bound is None:
             return
         if not bound.keeps:
@@ -243,6 +261,8 @@ class Manifolds:
 
     def restore(self, kept: KeptPoints | None) -> None:
         """Go on with the points that were saved, or with none."""
+        if self._bound is not None:
+            self._former = self._bound
         self._kept, self._bound = kept, None
 
     def prepare(self, model: Any, data: Any) -> None:
@@ -385,8 +405,17 @@ class Manifolds:
         self._world.drop_prepared()
 
     def _bind(self, model: Any, data: Any) -> None:
+        former, keeps = self._former, not self._windows.shows_slots
+        self._former = None
+        if former is not None and former.keeps == keeps:
+            self._bind_again(former)
+        else:
+            self._bind_new(model, data, keeps=keeps)
+
+    def _bind_new(self, model: Any, data: Any, *, keeps: bool) -> None:
+        """Bind MuJoCo's arrays and make new ones for the points."""
         world = self._world
-        keeps = not self._windows.shows_slots
+        self._written.clear()
         if keeps:
             model.opt.disableflags |= _MULTIPLE
             if model.nmesh:
@@ -411,11 +440,38 @@ class Manifolds:
         every = len(order.links) * (len(order.links) - 1) // 2  # of all links, those of no body yet, too
         meeting = min(every, max(16 * links, 4096))
         room = old.keys.shape[1], max(meeting, old.pairs.shape[1], *met[:2], 16)
-        self.points = make_points(order.copy(), *room, met[2])
+        made: Points | None = world.of_arrays.get(_POINTS)
+        if made is None or not has_room(made, *room, nodes=met[2]):
+            self.points = make_points(order.copy(), *room, met[2])
+        else:  # of other bodies, or of the world that this one replaces
+            start_again(made, order)
+            self.points = made
+        world.of_arrays[_POINTS] = self.points
         if kept is not None:
             self._take(kept, self._bound)
         if keeps:
             self._note_new(link_owners)
+        if self._refreshed:
+            self._write_refreshed()
+
+    def _bind_again(self, bound: _Bound) -> None:
+        """Write a restored state's points into the arrays that were bound before."""
+        kept, self._kept, self._bound = self._kept, None, bound
+        known = self._written.get(id(kept))
+        if known is None:
+            forget_points(self.points)
+            if kept is not None:
+                self._take(kept, bound)
+            if bound.keeps:
+                self._note_new(bound.link_owners)
+            written = _Written(content_of(self.points), self._new)
+            self._written[id(kept)] = kept, written
+            while len(self._written) > _STATES:
+                del self._written[next(iter(self._written))]
+        else:
+            write_content(self.points, known[1].content)
+            self._new = known[1].new
+        self._new = self._new.copy()
         if self._refreshed:
             self._write_refreshed()
 
@@ -502,3 +558,12 @@ class _Bound:
     """(nbody,) tree of each of MuJoCo's bodies, -1 for what is fixed."""
     seen: float
     """Gap (m) up to which MuJoCo finds contacts."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Written:
+    """The numbers of a saved state that were written."""
+
+    content: Content
+    new: dict[int, np.ndarray]
+    """Links of bodies, by id, that had no boxes, as MuJoCo's bodies."""

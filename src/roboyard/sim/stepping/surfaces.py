@@ -208,8 +208,8 @@ class Surfaces:
             return
         (self._anchored.add if is_anchored else self._anchored.discard)(key)
         if self._restitution_rows is not None and self._world.takes_numbers():
-            self.anchors[[geom.id for geom in link._built.geoms]] = is_anchored
-        self._world.refresh_stepping()
+            for row in link.geom_ids:
+                self.anchors[row] = is_anchored
 
     def damping(self, link: Link) -> tuple[float, float, float, float]:
         """Return linear k (1/s), linear q (1/m), angular k (1/s) and angular q (-) of a link."""

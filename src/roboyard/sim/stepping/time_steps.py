@@ -34,6 +34,7 @@ kernels = lazy_module("roboyard.sim.stepping.kernels")
 effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
 field_contacts = lazy_module("roboyard.sim.stepping.narrow_phase.field_contacts")
 finding = lazy_module("roboyard.sim.stepping.impulses.finding")
+slide_kernels = lazy_module("roboyard.sim.stepping.sequential.slide_kernels")
 order = lazy_loop("roboyard.sim.stepping.impulses.order", "execute")
 
 _ROWS = "rows of a step"
@@ -86,6 +87,8 @@ class Stepping:
         self._compiled: tuple[Any, ...] | None = None
         """MuJoCo's options, a step's rows, velocities, accelerations, bounds on velocities, if any, and
         whether there are actuators and height fields."""
+        self._knows_constraints = False
+        """Whether the rules of constraints are those of the present ones."""
         self._is_direct = False
         """Whether the last step was three compiled calls, and no rule has changed since."""
 
@@ -93,17 +96,28 @@ class Stepping:
         """Look up which rules the steps have to apply."""
         self._has_surfaces = self.surfaces.is_active
         self._has_motors = self.motors.is_active
-        self._is_bounded = self.constraints.is_bounded
-        self._is_in_turn = self._has_motors or (self._world.hard_contacts and len(self.constraints) > 0)
-        self._slides = self.constraints.has_slides
-        self._has_rules = self._has_surfaces or self._has_motors or self._is_bounded
         self._makes_rows = True
-        self._is_direct = False
+        self._knows_constraints = self._is_direct = False
         self.in_turn.refresh()
+
+    def note_constraints(self) -> None:
+        """Note that a constraint came, went or has another bound or axis, without a compile."""
+        self._makes_rows = True
+        self._knows_constraints = self._is_direct = False
+        self.in_turn.note_constraints()
+
+    def _look_up_constraints(self) -> None:
+        constraints = self.constraints
+        self._knows_constraints = True
+        self._is_bounded, self._slides = constraints.is_bounded, constraints.has_slides
+        self._is_in_turn = self._has_motors or (self._world.hard_contacts and len(constraints) > 0)
+        self._has_rules = self._has_surfaces or self._has_motors or self._is_bounded
 
     @property
     def is_plain(self) -> bool:
         """Whether MuJoCo's own step has all the rules of this world, but for sliding."""
+        if not self._knows_constraints:
+            self._look_up_constraints()
         return not (self._has_rules or self.wrenches.pending or self._soft.by_id)
 
     def invalidate(self) -> None:
@@ -271,7 +285,7 @@ class Stepping:
         if remade:
             mujoco.mj_makeConstraint(model, data)
         if slides:
-            self.constraints.rows.free_axes(model, data)
+            self._free_axes(model, data, found)
         if remade or slides:
             answer = in_turn.execute(found, r.ARRANGE, r.SOLVE, remade=int(remade))
         if answer == r.DONE:
@@ -286,6 +300,15 @@ class Stepping:
         else:
             self._finish(model, data, found, timestep, slides=False, alone=False)
 
+    def _free_axes(self, model: Any, data: Any, found: StepRows) -> None:
+        """Free slides along their axes, between the halves of a step."""
+        if not (found.is_direct and self._world.hard_contacts):
+            self.constraints.rows.free_axes(model, data)
+            return
+        loop, frames = slide_kernels().free_slide, data.site_xmat
+        for equality, site, axis in self.constraints.rows.slides():
+            loop(found.rows, found.search, frames, equality, site, axis)
+
     def _direct_step(self, model: Any, data: Any) -> bool:
         """Do what `_motor_step` did in the last step, where only the state and the motors' targets differ.
 
@@ -295,6 +318,8 @@ class Stepping:
         compiled, in_turn = self._compiled, self.in_turn
         if compiled is None or self._soft.by_id or self._has_drag:
             return False
+        if not self.manifolds.is_prepared:
+            self.manifolds.prepare(model, data)
         timestep, found, own = compiled[0].timestep, compiled[1], in_turn.contact_rows
         bundle, addresses = in_turn.prepared(found, timestep), own.known_addresses(data)
         if bundle is None or not addresses or not self.motors.is_prepared(timestep):
@@ -490,7 +515,7 @@ class Stepping:
         if stops:
             self.stops.approach(data, timestep)
         if self._slides:
-            self.constraints.rows.free_axes(model, data)
+            self._free_axes(model, data, found)
         alone = self._is_in_turn and self.in_turn.arrange(found)
         if alone and not self._soft.by_id:
             if compiled[5]:
@@ -568,6 +593,8 @@ class Stepping:
             return
         self.manifolds.prepare(model, data)
         self.surfaces.margins_and_reaches(model, data)
+        if self._detect_directly(model, data):
+            return
         if self._compiled is None:
             self._compiled = self._look_up(model, data)
         self._collide(partial(find_with_welds, self.in_turn.contact_rows.welds), model, data)
@@ -579,6 +606,21 @@ class Stepping:
             self.manifolds.forget()
         if self._windows.shows_slots:
             self._windows.correct_contacts(data)
+
+    def _detect_directly(self, model: Any, data: Any) -> bool:
+        """Do what `detect` does in two compiled calls, as prepared by a step; return whether it could."""
+        compiled, in_turn = self._compiled, self.in_turn
+        if compiled is None or self._soft.by_id or self._windows.shows_slots:
+            return False
+        found, addresses = compiled[1], in_turn.contact_rows.known_addresses(data)
+        if not addresses or in_turn.prepared(found, compiled[0].timestep) is None:
+            return False
+        finding().collide(*addresses, self._flags_of_fields(model, data))
+        if in_turn.execute(found, r.KEEP, r.KEEP) == r.POINTS_ARE_NEW:
+            self.manifolds.add(model, data, found)
+        if found.counts_now()[0]:
+            self.surfaces.shift_contacts(model, data, found)
+        return True
 
     def _solve(
         self, model: Any, data: Any, found: StepRows, timestep: float, *, slides: bool, alone: bool

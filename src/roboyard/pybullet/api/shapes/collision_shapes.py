@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +24,7 @@ from roboyard.description.model import (
 )
 from roboyard.pybullet.api.shapes.terrain import FAILED, heightfield, points_of, replace_heights
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.arguments import number, quaternion_or, text, vector3_or, whole
+from roboyard.pybullet.face.arguments import Quaternion, number, quaternion_or, text, vector3_or, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
@@ -263,9 +264,15 @@ def rotated_terrain_frame(origin: Pose) -> Pose:
 def _pose(position: Vector, orientation: Vector) -> Pose:
     if position is _NOWHERE and orientation is _IDENTITY:
         return _ORIGIN
-    q = np.array(quaternion_or(orientation, _IDENTITY))
-    x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
-    return Pose(position=vector3_or(position, _NOWHERE), quaternion=(x, y, z, w))
+    turn = _unit(quaternion_or(orientation, _IDENTITY))
+    return Pose(position=vector3_or(position, _NOWHERE), quaternion=turn)
+
+
+@lru_cache(256)
+def _unit(orientation: Quaternion) -> Quaternion:
+    q = np.array(orientation)
+    x, y, z, w = (q / (np.linalg.norm(q) or 1.0)).tolist()
+    return x, y, z, w
 
 
 def _positive(value: float, name: str, message: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.shapes.mesh import TriangleMesh, read_only
 
 Vector = Sequence[float]
+_HULLS = 64
+"""Number of hulls that are kept; programs create the same shapes many times."""
 
 
 def mesh_of(
@@ -35,7 +38,7 @@ def mesh_of(
             "createCollisionShape failed.", f"a mesh needs at least three finite vertices, got {len(points)}"
         )
     if indices is None or not len(indices):
-        return _hull(points)
+        return _hull(points.tobytes())
     faces = np.array(indices, dtype=np.int64).reshape(-1, 3)
     if faces.min() < 0 or faces.max() >= len(points):
         raise failure(
@@ -50,9 +53,12 @@ def mesh_of(
     )
 
 
-def _hull(points: np.ndarray) -> TriangleMesh:
+@lru_cache(_HULLS)
+def _hull(numbers: bytes) -> TriangleMesh:
+    """Return the convex hull of points, given as the bytes of (k, 3) numbers (m)."""
     from scipy.spatial import ConvexHull, QhullError
 
+    points = np.frombuffer(numbers).reshape(-1, 3)
     try:
         hull = ConvexHull(points)
     except QhullError:

@@ -158,7 +158,7 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
     with_textures = bool(whole(flags) & c.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS)
     colors = _colors(scene, record)
     rows = []
-    for index, link in enumerate(record.model.links):
+    for index, link in enumerate(record.model.links):  # those with a new colour have it in the record, too
         shapes = link.visuals or link.collisions
         for place, (shape, color) in enumerate(zip(shapes, colors.get(index, ()), strict=False)):
             kind, size, file = _visual_description(shape.geometry)

@@ -57,6 +57,22 @@ def find_contacts(  # pragma: no cover
     disabled[0] = kept
 
 
+@compiled("i8 i8 i8 i8 i8 i8 i8 i8 i8 i8 i8", library=mujoco_library)
+def collide(  # pragma: no cover
+    model, data, flags, lengths, moves, count, welds, freedoms, others, bodies, more
+):
+    """Compute contacts of bodies whose positions are known; the arguments are those of `find_contacts`."""
+    disabled = integers_at(flags, 1)
+    kept = disabled[0]
+    disabled[0] = kept | more
+    if bodies > 0:
+        swap(welds, freedoms, others, bodies)
+    mj_collision(model, data)
+    if bodies > 0:
+        swap(welds, freedoms, others, bodies)
+    disabled[0] = kept
+
+
 def swap(welds, freedoms, others, bodies):
     """Exchange the numbers of bodies at two addresses with those at a third one."""
     one, two, other = (

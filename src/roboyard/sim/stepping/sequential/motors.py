@@ -21,6 +21,7 @@ from roboyard.native import lazy_loop
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.constraints.constraints import Constraints
+from roboyard.sim.constraints.records import Ends
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.contact_rows import ContactRows
 from roboyard.sim.stepping.impulses import records as r
@@ -86,14 +87,16 @@ class SequentialMotors:
         """All of these as one argument of compiled loops; None where one is another now."""
         self._bundles: dict[tuple[int, ...], Any] = {}
         """The last few of them, by the ids of their records."""
-        self._solvers: dict[int, r.Solver] = {}
-        """The last few records of the solver, by the number of places of rows."""
         self._parts: dict[int, BodyParts] | None = None
         """Limits and motors of each body by its id; None where bodies came or went."""
         self._number = -1
         """Number of the parts; -1 where they changed."""
         self._is_ordered = False
         """Whether the order of solution has all constraints."""
+        self._order_memory = np.zeros(0, np.int32)
+        """The memory of all arrays of the order of solution."""
+        self._ordered: tuple[Any, ...] | None = None
+        """Key of the order in these arrays."""
         self._known: tuple[Any, ...] = ()
         """Revision, time step, profile and motors that were looked up."""
         self._written: tuple[Any, ...] = ()
@@ -148,9 +151,8 @@ class SequentialMotors:
         self._number = -1
 
     def note_constraints(self) -> None:
-        """Note that a constraint came or went without a compile."""
+        """Note that a constraint came, went or has another bound, without a compile."""
         self._is_ordered = False
-        self._known = ()
 
     def prepare(self, model: Any, data: Any, timestep: float) -> None:
         """Look up arrays and rules that have changed, before a step."""
@@ -163,6 +165,8 @@ class SequentialMotors:
             or known[3] is not self._motors.arrays
         ):
             self._look_up(model, data, timestep)
+        elif not self._is_ordered:
+            self._look_up_constraints(model)
 
     def arrange(self, found: StepRows) -> bool:
         """List the rows of robots with motors, and of what touches them, after MuJoCo has made the rows.
@@ -325,21 +329,18 @@ class SequentialMotors:
         if self._mechanism is None:
             made = world.of_arrays.get(_MADE)
             if made is None:
-                made = world.of_arrays[_MADE] = arrays.of_model(model), arrays.of_data(data)
-            self._mechanism, self._state = made
+                made = world.of_arrays[_MADE] = *arrays.of_model(model), arrays.of_data(data)
+            self._mechanism, self._order_memory, self._state = made
             self._fields = kept_fields(world)
             self._width = min(model.nv, 2 * int(max(model.tree_dofnum, default=0)))
             self._take_work_arrays(model)
             self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
             self._unbounded = np.full(model.nv, np.inf)
-            self._bundle, self._is_ordered, self._written = None, False, ()
+            self._bundle, self._is_ordered, self._ordered, self._written = None, False, None, ()
         mechanism = self._mechanism
         assert mechanism is not None
         self._look_up_welds(mechanism, model)
-        if not self._is_ordered:
-            self._order(mechanism, model)
-        if len(mechanism.equality_share):
-            self._constraints.rows.write_bounds(mechanism.equality_bound, mechanism.equality_share)
+        self._look_up_constraints(model)
         profile, surfaces, solver = world.profile, self._surfaces, self._solver
         surface = surfaces.record(model, data, len(solver.order))
         if not _same(surface, self._surface):
@@ -360,6 +361,17 @@ class SequentialMotors:
         else:
             model.opt.disableflags &= ~PLACED
         self._known = world.revision, timestep, profile, motors
+
+    def _look_up_constraints(self, model: Any) -> None:
+        """Look up the order of solution and the bounds of constraints."""
+        mechanism, constraints = self._mechanism, self._constraints
+        assert mechanism is not None
+        if not self._is_ordered:
+            self._order(mechanism, model)
+        count = len(mechanism.equality_share)
+        self.contact_rows.has_equalities = count > constraints.inactive_count
+        if count:
+            constraints.rows.write_bounds(mechanism.equality_bound, mechanism.equality_share)
 
     def _look_up_welds(self, mechanism: r.Mechanism, model: Any) -> None:
         """Look up which links count as fixed to each other; see `touching_welds`."""
@@ -384,8 +396,7 @@ class SequentialMotors:
             rows = max(len(self._solver.order), 16)
             made = arrays.of_solver(rows, model.nv, model.nbody, model.ntree, self._width)
         else:
-            made.ends[:] = -1
-            made = made._replace(rules=np.zeros(r.RULES), places=np.zeros(0, np.int32))
+            made.ends[:], made.rules[:] = -1, 0.0
         self._solver = made
         self._keep_work_arrays()
 
@@ -406,35 +417,46 @@ class SequentialMotors:
     def _order(self, mechanism: r.Mechanism, model: Any) -> None:
         """Write the order of solution."""
         self._is_ordered = True
-        self._manifolds.points.notes[r.SORTED] = 0  # its groups are joined by equalities, too
-        slot, limit_slot, equality_slot = mechanism.slot, mechanism.limit_slot, mechanism.equality_slot
-        equalities, tree = self._constraints.rows.equalities, mechanism.equality_tree
-        if len(tree):
-            self._constraints.rows.write_trees(model, tree, mechanism.equality_aux, mechanism.equality_site)
         if self._parts is None:
             self._parts, self._number = self._look_up_parts(), -1
-        made_from = self._number_of_parts(self._parts), *equalities, tree.tobytes()
+        made_from = self._number_of_parts(self._parts), self._constraints.rows.ends(model)
+        if made_from == self._ordered:
+            return
+        self._ordered = made_from
+        self._manifolds.points.notes[r.SORTED] = 0  # its groups are joined by equalities, too
         orders = self._world.of_arrays.setdefault(_SLOTS, {})
         found = orders.get(made_from)
         if found is None:
-            bodies = list(self._parts.values())
-            places = number_places(solution_order(bodies, equalities, tree), slot, limit_slot, equality_slot)
-            parts = list_parts(bodies, equalities, tree, model.dof_treeid)
-            orders[made_from] = places, parts, slot.copy(), limit_slot.copy(), equality_slot.copy()
+            places = self._write_order(mechanism, model.dof_treeid, made_from[1])
+            orders[made_from] = places, self._order_memory.copy()
             while len(orders) > _ORDERS:
                 del orders[next(iter(orders))]
         else:
-            places, parts = found[:2]
-            slot[:], limit_slot[:], equality_slot[:] = found[2:]
+            places, self._order_memory[:] = found
+        if places > len(self._solver.places):
+            # with room for two constraints more, which may come and go
+            room = np.full(places + 2 * r.EQUALITY_ROWS, -1, np.int32)
+            self._solver, self._bundle = self._solver._replace(places=room), None
+
+    def _write_order(self, mechanism: r.Mechanism, dof_tree: np.ndarray, ends: tuple[Ends, ...]) -> int:
+        """Write the order of solution of bodies' parts and these constraints; return the number of rows."""
+        equalities, tree, place = [end[0] for end in ends], mechanism.equality_tree, mechanism.equality_slot
+        tree[:], mechanism.equality_aux[:], mechanism.equality_site[:] = -2, -1, -1
+        for equality, *trees, aux, first, second in ends:
+            tree[equality], mechanism.equality_aux[equality] = trees, aux
+            mechanism.equality_site[equality] = first, second
+        assert self._parts is not None
+        bodies = list(self._parts.values())
+        order = solution_order(bodies, equalities, tree)
+        places = number_places(order, mechanism.slot, mechanism.limit_slot, place)
+        parts = list_parts(bodies, equalities, tree, dof_tree)
         count = parts.shape[1]
         mechanism.parts[: len(parts), :count] = parts
         mechanism.parts[r.PART_KIND, count] = -1
-        if len(tree):
-            mechanism.equality_order[:] = -1
-            mechanism.equality_order[: len(equalities)] = equalities
-            tree[equality_slot < 0] = -2
-        if places != len(self._solver.places):
-            self._solver, self._bundle = self._solver_for(places), None
+        mechanism.equality_order[:] = -1
+        mechanism.equality_order[: len(equalities)] = equalities
+        tree[place < 0] = -2
+        return places
 
     def _number_of_parts(self, parts: dict[int, BodyParts]) -> int:
         """Return the same number for the same parts of all bodies, which takes less time to compare."""
@@ -463,18 +485,6 @@ class SequentialMotors:
                 parts = of_row[place] = parts_of(body, model)
             found[key] = parts
         return found
-
-    def _solver_for(self, places: int) -> r.Solver:
-        """Return the solver with so many places of rows; the one before, where it is the same otherwise."""
-        solver, known = self._solver, self._solvers
-        known[len(solver.places)] = solver
-        while len(known) > _ORDERS:
-            del known[next(iter(known))]
-        found = known.get(places)
-        if found is not None and _same(found._replace(places=solver.places), solver):
-            found.places[:] = -1
-            return found
-        return solver._replace(places=np.full(places, -1, np.int32))
 
 
 def _same(one: tuple[Any, ...], other: tuple[Any, ...] | None) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from functools import cache
 from typing import Any
 
@@ -14,10 +15,15 @@ _LINE = 64
 """Bytes of a line of the processor's cache."""
 
 
-def of_model(model: Any) -> r.Mechanism:
-    """Return the arrays of a model, without the order of solution."""
-    nv, neq = model.nv, model.neq
-    return r.Mechanism(
+def of_model(model: Any) -> tuple[r.Mechanism, np.ndarray]:
+    """Return the arrays of a model, without the order of solution, and (n,) the memory of that order's."""
+    nv, neq, parts = model.nv, model.neq, 2 * model.njnt + model.neq + 1
+    memory = np.full(2 * nv + r.PART * parts + 7 * neq, -1, np.int32)
+    taken = itertools.accumulate((0, nv, nv, r.PART * parts, neq, neq, 2 * neq, neq, 2 * neq))
+    slot, limit_slot, listed, order, place, tree, aux, site = (
+        memory[first:last] for first, last in itertools.pairwise(taken)
+    )
+    mechanism = r.Mechanism(
         geom_type=model.geom_type,
         geom_body=model.geom_bodyid,
         geom_tree=model.body_treeid[model.geom_bodyid].astype(np.int32),
@@ -48,18 +54,20 @@ def of_model(model: Any) -> r.Mechanism:
         factor_count=model.M_rownnz,
         factor_start=model.M_rowadr,
         factor_column=model.M_colind,
-        slot=np.full(nv, -1, np.int32),
-        limit_slot=np.full(nv, -1, np.int32),
-        parts=np.full((r.PART, 2 * model.njnt + neq + 1), -1, np.int32),
-        equality_order=np.full(neq, -1, np.int32),
-        equality_slot=np.full(neq, -1, np.int32),
-        equality_tree=np.full((neq, 2), -2, np.int32),
-        equality_aux=np.full(neq, -1, np.int32),
-        equality_site=np.full((neq, 2), -1, np.int32),
+        slot=slot,
+        limit_slot=limit_slot,
+        parts=listed.reshape(r.PART, parts),
+        equality_order=order,
+        equality_slot=place,
+        equality_tree=tree.reshape(neq, 2),
+        equality_aux=aux,
+        equality_site=site.reshape(neq, 2),
         site_body=model.site_bodyid,
         equality_bound=np.zeros((neq, 2)),
         equality_share=np.zeros(neq),
     )
+    mechanism.equality_tree[:] = -2
+    return mechanism, memory
 
 
 def of_data(data: Any) -> r.State:
