@@ -24,7 +24,7 @@ Key = tuple[int, int, tuple[tuple[int, float | None, float | None, float | None]
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class Elements:
-    """What the elements of like bodies have."""
+    """Fields of elements that like bodies have in common."""
 
     description: RobotDescription
     options: BuildOptions

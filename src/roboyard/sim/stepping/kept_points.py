@@ -1,30 +1,15 @@
-"""Points that pairs of shapes keep: as they are saved, and room for those of a world."""
+"""Points that pairs of shapes keep, and pairs in their order, as they are saved."""
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 import numpy as np
 
-from roboyard._mujoco import mujoco
-from roboyard._records import NamedTuple, dataclass
+from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
-from roboyard.sim.stepping.broad_phase.box_tree import NODE, TIES, TOP, TREE, WAY, new_node, put_in
-from roboyard.sim.stepping.face_corners import SCRATCH
-from roboyard.sim.stepping.impulses.records import (
-    LINKS,
-    LISTED,
-    NOTES,
-    PAIRS,
-    RANKED,
-    RENUMBERED,
-    SHAPES,
-    WORK,
-    Points,
-)  # fmt: skip
-from roboyard.sim.stepping.narrow_phase.field_kernels import WORK as SEARCHED
+from roboyard.sim.stepping.impulses.point_arrays import CreationOrder
 from roboyard.transforms import Array
 
 
@@ -109,20 +94,6 @@ class KeptPoints:
     met: MetPairs
 
 
-class CreationOrder(NamedTuple):
-    """Shapes and links in the order in which bodies were made; the arrays of that name of `Points`."""
-
-    turns: np.ndarray
-    links: np.ndarray
-    firsts: np.ndarray
-    sizes: np.ndarray
-    tree_places: np.ndarray
-
-    def copy(self) -> CreationOrder:
-        """Return the same order in other arrays."""
-        return CreationOrder(*(array.copy() for array in self))
-
-
 def without(kept: KeptPoints, body: int, link: int | None) -> KeptPoints:
     """Return kept points but for those of a link, or of all links of a body (by id)."""
     ended = kept.owners[:, :, 0] == body
@@ -130,171 +101,6 @@ def without(kept: KeptPoints, body: int, link: int | None) -> KeptPoints:
         ended &= kept.owners[:, :, 1] == link
     left = ~ended.any(axis=1)
     return KeptPoints(kept.owners[left], kept.counts[left], kept.points[left], kept.met)
-
-
-@cache
-def no_points() -> Points:
-    """Return room for no points, which nothing is written into."""
-    return make_points(CreationOrder(*(np.zeros(0, np.int32) for _ in range(5))), 0, 0)
-
-
-def make_points(order: CreationOrder, pairs: int, meeting: int, nodes: int = 0) -> Points:
-    """Return room for the points of so many pairs, and for so many pairs whose boxes meet.
-
-    Args:
-        order: of shapes and links, whose arrays become those of the points.
-        pairs: number of pairs with points.
-        meeting: number of pairs whose boxes meet.
-        nodes: how many numbers a tree of boxes has given that is to be copied.
-    """
-    turns, bodies, notes = order.turns, len(order.links), np.zeros(NOTES, np.int64)
-    geoms, ages = len(turns), np.zeros(len(turns), np.int32)
-    notes[[SHAPES, LINKS]] = _write_ages(turns, ages), np.count_nonzero(order.links >= 0)
-    room, table = _nodes_for(bodies, nodes), 1 << (2 * meeting).bit_length()
-    tree = np.full(TREE, -1, np.int64)
-    tree[[TOP, WAY]] = 0
-    bounds = np.zeros((bodies, 6))
-    bounds[:, 0] = 1.0
-    return Points(
-        kinds=_kinds_that_keep(),
-        keys=np.zeros((2, pairs), np.int64),
-        counts=np.zeros((2, pairs), np.int32),
-        points=np.zeros((2, pairs, 4, 17)),
-        fresh=np.zeros(max(SCRATCH, SEARCHED)),
-        source=np.zeros(4 * pairs, np.int32),
-        extra=np.zeros((4 * pairs, 13)),
-        slots=np.full(5 * pairs, -1, np.int32),
-        turns=turns,
-        ages=ages,
-        tree_places=order.tree_places,
-        links=order.links,
-        firsts=order.firsts,
-        sizes=order.sizes,
-        tight=np.zeros((geoms, 6)),
-        written=np.full(geoms, -1, np.int64),
-        bounds=bounds,
-        seats=np.full((bodies, 9), np.inf),
-        leaves=np.full(bodies, -1, np.int32),
-        nodes=np.zeros((room, NODE)),
-        ties=np.zeros((room, TIES), np.int32),
-        tree=tree,
-        stack=np.zeros(bodies + 2, np.int32),
-        pairs=np.zeros((3, meeting), np.int32),
-        ranked=np.zeros((2, meeting), np.int32),
-        table=np.full(table, -1, np.int32),
-        rank_table=np.full(table, -1, np.int32),
-        work=np.zeros((WORK, meeting), np.int32),
-        following=np.zeros(5 * pairs, np.int32),
-        sequence=np.zeros(5 * pairs, np.int32),
-        listing=np.zeros(5 * pairs, np.int32),
-        refreshed=np.zeros(0, np.int32),
-        notes=notes,
-    )
-
-
-def tree_of_boxes(boxes: Array) -> tuple[np.ndarray, Array, np.ndarray, np.ndarray]:
-    """Return the tree of boxes to which these were added in turn, and nothing else was done.
-
-    Args:
-        boxes: (n, 6) least and largest coordinates (m).
-
-    Returns:
-        (n,) leaves, and the arrays `nodes`, `ties` and `tree` of `box_tree`.
-    """
-    count = len(boxes)
-    nodes, ties = np.zeros((2 * count + 2, NODE)), np.full((2 * count + 2, TIES), -1, np.int32)
-    tree = np.full(TREE, -1, np.int64)
-    tree[[TOP, WAY]] = 0
-    leaves = np.zeros(count, np.int32)
-    for place, box in enumerate(boxes):
-        leaf = leaves[place] = new_node(ties, tree)
-        nodes[leaf] = [*box, *(box[:3] + box[3:])]
-        put_in(nodes, ties, tree, leaf)
-    return leaves, nodes, ties, tree
-
-
-def _write_ages(turns: np.ndarray, ages: np.ndarray) -> int:
-    """Write the place of each geom in an order, where ages are 0; return the number of geoms in it."""
-    shapes = int(np.count_nonzero(turns >= 0))
-    ages[turns[:shapes]] = np.arange(shapes)
-    return shapes
-
-
-def _nodes_for(bodies: int, nodes: int) -> int:
-    """Return the room for a tree of so many of MuJoCo's bodies that may have given so many numbers."""
-    return max(2 * bodies, nodes) + 2
-
-
-def has_room(points: Points, pairs: int, meeting: int, *, nodes: int) -> bool:
-    """Return whether arrays have the room that `make_points` would make."""
-    enough = points.keys.shape[1] >= pairs and points.pairs.shape[1] >= meeting
-    return enough and len(points.nodes) >= _nodes_for(len(points.links), nodes)
-
-
-def start_again(points: Points, order: CreationOrder) -> None:
-    """Leave the arrays of other bodies as `make_points` would make them, but for room."""
-    for name, array in order._asdict().items():
-        getattr(points, name)[:] = array
-    points.ages[:] = 0
-    points.notes[SHAPES] = _write_ages(order.turns, points.ages)
-    points.notes[LINKS] = np.count_nonzero(order.links >= 0)
-    forget_points(points)
-
-
-@dataclass(frozen=True, slots=True)
-class Content:
-    """The content of the arrays of `Points` before a step, in as many of their columns as are used."""
-
-    keys: np.ndarray
-    counts: np.ndarray
-    points: Array
-    pairs: np.ndarray
-    ranked: np.ndarray
-    whole: tuple[np.ndarray, ...]
-    """The arrays of `_WHOLE`."""
-
-
-_WHOLE = ("links", "tree_places", "leaves", "nodes", "ties", "tree", "bounds", "notes")
-"""Arrays that are copied as they are."""
-
-
-def forget_points(points: Points) -> None:
-    """Leave the arrays as `make_points` returns them, but for room and order of geoms and links."""
-    shapes, links = points.notes[[SHAPES, LINKS]].tolist()
-    points.notes[:], points.bounds[:], points.bounds[:, 0] = 0, 0.0, 1.0
-    points.notes[[SHAPES, LINKS, RENUMBERED]] = shapes, links, 1  # so that the tables are emptied
-    points.leaves[:], points.tree[:] = -1, -1
-    points.tree[[TOP, WAY]] = 0
-    _forget_boxes(points)
-
-
-def _forget_boxes(points: Points) -> None:
-    points.written[:], points.seats[:], points.slots[:] = -1, np.inf, -1
-
-
-def content_of(points: Points) -> Content:
-    """Return a copy of what the arrays hold, where no step was taken since `forget_points`."""
-    pairs, listed, ranked = points.notes[[PAIRS, LISTED, RANKED]].tolist()
-    return Content(
-        keys=points.keys[0, :pairs].copy(),
-        counts=points.counts[0, :pairs].copy(),
-        points=points.points[0, :pairs].copy(),
-        pairs=points.pairs[:, :listed].copy(),
-        ranked=points.ranked[:, :ranked].copy(),
-        whole=tuple(getattr(points, name).copy() for name in _WHOLE),
-    )
-
-
-def write_content(points: Points, content: Content) -> None:
-    """Write what the arrays held."""
-    pairs, listed, ranked = len(content.keys), content.pairs.shape[1], content.ranked.shape[1]
-    for name, array in zip(_WHOLE, content.whole, strict=True):
-        getattr(points, name)[:] = array
-    if pairs:
-        points.keys[0, :pairs], points.counts[0, :pairs] = content.keys, content.counts
-        points.points[0, :pairs] = content.points
-    points.pairs[:, :listed], points.ranked[:, :ranked] = content.pairs, content.ranked
-    _forget_boxes(points)
 
 
 def owners_of_geoms(world: Engine[Body], count: int) -> np.ndarray:
@@ -341,26 +147,3 @@ def creation_order(world: Engine[Body], owners: np.ndarray, model: Any) -> Creat
         sizes=sizes,
         tree_places=places,
     )
-
-
-@cache
-def _kinds_that_keep() -> np.ndarray:
-    """Return (8, 8) 1 for pairs of geom types that keep points: all but two balls, as in Bullet."""
-    kinds = mujoco.mjtGeom
-    convex = [
-        int(kind)
-        for kind in (
-            kinds.mjGEOM_CAPSULE,
-            kinds.mjGEOM_ELLIPSOID,
-            kinds.mjGEOM_CYLINDER,
-            kinds.mjGEOM_BOX,
-            kinds.mjGEOM_MESH,
-        )
-    ]
-    keep = np.zeros((8, 8), np.uint8)
-    keep[np.ix_(convex, convex)] = 1
-    sphere = int(kinds.mjGEOM_SPHERE)
-    keep[sphere, convex] = keep[convex, sphere] = 1
-    surfaces = [int(kinds.mjGEOM_PLANE), int(kinds.mjGEOM_HFIELD)]  # of each prism of one it finds one
-    keep[np.ix_(surfaces, [sphere, *convex])] = keep[np.ix_([sphere, *convex], surfaces)] = 1
-    return keep

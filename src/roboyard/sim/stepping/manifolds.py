@@ -19,6 +19,17 @@ from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.impulses.point_arrays import (
+    Content,
+    CreationOrder,
+    content_of,
+    forget_points,
+    has_room,
+    make_points,
+    no_points,
+    start_again,
+    write_content,
+)
 from roboyard.sim.stepping.impulses.records import (
     CHECKED,
     EXTRA,
@@ -35,21 +46,12 @@ from roboyard.sim.stepping.impulses.records import (
     Points,
 )  # fmt: skip
 from roboyard.sim.stepping.kept_points import (
-    Content,
-    CreationOrder,
     KeptPoints,
     MetPairs,
-    content_of,
     creation_order,
-    forget_points,
-    has_room,
-    make_points,
-    no_points,
     owners_of_geoms,
     owners_of_links,
-    start_again,
     without,
-    write_content,
 )
 from roboyard.sim.stepping.narrow_phase.fields import Fields
 from roboyard.sim.stepping.narrow_phase.kept_fields import kept_fields
@@ -533,10 +535,21 @@ class Manifolds:
             np.array([-1] * len(gone) + [links[link] for link in left.links], np.int32),
             bound.body_trees,
         )
-        pairs = [(*sorted((links[one], links[two])), state) for one, two, state in left.pairs]
-        ranked = [sorted((number[one], number[two])) for one, two in left.ranked]
-        points.pairs[:, : len(pairs)] = np.reshape(np.array(pairs, np.int32), (-1, 3)).T
-        points.ranked[:, : len(ranked)] = np.reshape(np.array(ranked, np.int32), (-1, 2)).T
+        # a file may name links and shapes that are not there, and pairs twice
+        pairs = {
+            (*sorted((links[one], links[two])),): state
+            for one, two, state in left.pairs
+            if one != two and one in nodes and two in nodes and one in links and two in links
+        }
+        ranked = {
+            (*sorted((number[one], number[two])),): None
+            for one, two in left.ranked
+            if one != two and one in number and two in number
+        }
+        points.pairs[:, : len(pairs)] = np.reshape(
+            [(*pair, state) for pair, state in pairs.items()], (-1, 3)
+        ).T
+        points.ranked[:, : len(ranked)] = np.reshape([*ranked], (-1, 2)).T
         points.notes[[LISTED, RANKED, RENUMBERED]] = len(pairs), len(ranked), 1
         points.notes[CHECKED] = min(max(met.checked, 0), max(len(pairs) - 1, 0))
 
