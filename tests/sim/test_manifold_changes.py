@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from roboyard.sim.stepping.manifold_changes import end_points, write_first_boxes
+from roboyard.sim.stepping.manifold_changes import end_points, write_first_boxes, write_seen_gaps
 from roboyard.sim.stepping.sequential.solver_arrays import of_model
 from roboyard.sim.stepping.sequential.weld_kernels import DIFFER, TOUCH, touching_welds
 
@@ -36,6 +36,27 @@ def test_boxes_hold_the_corners_of_links_where_their_body_was_made() -> None:
             np.testing.assert_allclose(bounds[link], around, atol=1e-12)
         assert bounds[6, 0] > bounds[6, 3]
         assert np.all(bounds[[0, 1, 2, 4, 5, 7]] == 7.0)
+
+
+def test_mujoco_looks_as_far_as_pairs_push() -> None:
+    """Sums of margins reach across the smaller gap of both shapes, but not of two boxes, as these do not."""
+    rng = np.random.default_rng(4)
+    geoms, bodies, box_margin, most = 40, 12, 5e-4, 0.02
+    kinds = rng.choice([0, 2, 3, 5, 6, 7], geoms).astype(np.int32)
+    owners = rng.integers(bodies, size=geoms).astype(np.int32)
+    widths, gaps = rng.choice([0.0, 0.001], geoms), rng.uniform(0.001, 0.018, geoms)
+    reaches = np.where(kinds == 0, np.inf, rng.uniform(0.0005, 0.018, geoms))
+    margins, of_bodies = np.full(geoms, 7.0), np.full(bodies, 7.0)
+    write_seen_gaps(kinds, owners, widths, reaches, box_margin, most, margins, gaps, of_bodies)
+    for a in range(geoms):
+        for b in range(geoms):
+            seen, pushes = margins[a] + margins[b], min(reaches[a], reaches[b]) + widths[a]
+            if kinds[a] == kinds[b] == 6:
+                assert seen <= 2 * box_margin
+            elif kinds[a] != 0:
+                assert seen >= min(pushes, most)
+    for body in range(bodies):
+        assert of_bodies[body] == max((margins + gaps)[owners == body], default=0.0)
 
 
 def test_points_of_a_range_of_geoms_end() -> None:

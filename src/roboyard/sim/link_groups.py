@@ -10,7 +10,7 @@ from typing import Any
 
 from roboyard._records import dataclass
 from roboyard.sim.build.group_masks import BITS, WITHOUT, Group, Masks, code_masks, group_masks, meet
-from roboyard.sim.build.records import ALL_MASKS
+from roboyard.sim.build.masks import ALL_MASKS
 from roboyard.sim.protocols import EngineBody
 
 LinkKey = tuple[int, int]

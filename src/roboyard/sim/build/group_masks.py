@@ -6,7 +6,7 @@ from collections.abc import Collection
 from functools import lru_cache
 from math import comb
 
-from roboyard.sim.build.records import ALL_MASKS
+from roboyard.sim.build.masks import ALL_MASKS
 
 Group = tuple[int, int]
 """Group and mask, as bits: two links collide where the group of either shares a bit with the other's mask."""

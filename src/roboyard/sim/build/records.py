@@ -11,10 +11,6 @@ from roboyard.description.mass_properties import MassProperties
 from roboyard.description.model import Collision, Heightfield, Joint, Link
 from roboyard.sim.build.triangle_windows import TriangleWindow
 
-ALL_MASKS = 0x7FFFF
-"""A conaffinity that matches every contype but those of groups. Bit 0 is common; the others hold the codes of
-robots without self-collision (`roboyard.sim.build.group_masks`)."""
-
 
 @dataclass(kw_only=True, slots=True)
 class BuiltLink:

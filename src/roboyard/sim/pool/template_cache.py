@@ -6,7 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from roboyard.description.model import RobotDescription
-from roboyard.sim.build.records import ALL_MASKS, BuildOptions
+from roboyard.sim.build.masks import ALL_MASKS
+from roboyard.sim.build.records import BuildOptions
 from roboyard.sim.pool.analytic_templates import analytic_template, numbers_of
 from roboyard.sim.pool.templates import BodyTemplate, make_template
 

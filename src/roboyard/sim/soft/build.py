@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard._records import dataclass
-from roboyard.sim.build.records import ALL_MASKS, Built, BuiltLink
+from roboyard.sim.build.masks import ALL_MASKS
+from roboyard.sim.build.records import Built, BuiltLink
 from roboyard.sim.build.solver_options import HARD_SOLIMP
 from roboyard.sim.soft.rest_shape import Ints
 from roboyard.transforms import Array

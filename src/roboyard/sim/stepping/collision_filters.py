@@ -9,7 +9,7 @@ from typing import Any
 from roboyard.description.model import RobotDescription
 from roboyard.sim.body import Body
 from roboyard.sim.build.group_masks import code_masks
-from roboyard.sim.build.records import ALL_MASKS
+from roboyard.sim.build.masks import ALL_MASKS
 from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link
 from roboyard.sim.link_groups import GroupChange, Key, LinkGroups, in_order

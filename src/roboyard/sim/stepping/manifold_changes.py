@@ -10,14 +10,14 @@ import numpy as np
 
 from roboyard.native import compiled
 
-BOX = 6
-"""MuJoCo's type of boxes."""
+PLANE, BOX = 0, 6
+"""MuJoCo's types of planes and boxes."""
 FIELD = 1
 """MuJoCo's type of height fields, and of concave meshes."""
 FIELD_MARGIN = 0.006
 """Margin (m) of these, each prism of which has contacts of its own."""
 ENDLESS = 1e6
-"""Gap (m) from which on a shape has no end, as planes have none."""
+"""Gap (m) from which on a shape is not known."""
 UNKNOWN = 1e8
 """Half size (m) from which on a box is not known."""
 
@@ -62,13 +62,15 @@ def write_seen_gaps(  # pragma: no cover
 
     It looks as far as the sum of both shapes' margins. margins: (ngeom,) widths by which surfaces lie outside
     MuJoCo's shapes. reaches: (ngeom,) largest gaps (m). box_margin: the margin (m) of boxes, which do not
-    push each other across gaps, and of shapes without an end. most: largest margin of others (m).
+    push each other across gaps, and of unknown shapes. most: margin of planes, and largest of others (m).
     geom_margin, body_margin: MuJoCo's, written. geom_gap: MuJoCo's.
     """
     for body in range(body_margin.shape[0]):
         body_margin[body] = 0.0
     for geom in range(geom_type.shape[0]):
-        if geom_type[geom] == BOX or reaches[geom] > ENDLESS:
+        if geom_type[geom] == PLANE:
+            geom_margin[geom] = most
+        elif geom_type[geom] == BOX or reaches[geom] > ENDLESS:
             geom_margin[geom] = box_margin
         elif geom_type[geom] == FIELD:
             geom_margin[geom] = FIELD_MARGIN

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.sim.build.records import ALL_MASKS
+from roboyard.sim.build.masks import ALL_MASKS
 from roboyard.sim.stepping.broad_phase.box_tree import (
     FIRST,
     LINK,
