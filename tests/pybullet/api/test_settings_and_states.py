@@ -177,6 +177,37 @@ def test_a_saved_file_needs_the_same_bodies(client: int, tmp_path: Path) -> None
     assert "was not written by saveBullet" in caught.value.__notes__[0]
 
 
+def test_pairs_of_a_file_that_name_nothing_are_left_out(client: int, tmp_path: Path) -> None:
+    """Also those of links that are not there, pairs of one link, and pairs that come twice."""
+    p.setGravity(0, 0, -9.81)
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    bodies = [p.createMultiBody(k and 1.0, box, basePosition=[0, 0, 0.2 * k]) for k in range(4)]
+    for _ in range(20):
+        p.stepSimulation()
+    file = tmp_path / "state.bullet"
+    p.saveBullet(str(file))
+    with np.load(file) as saved:
+        arrays = dict(saved)
+    assert len(arrays["updated_links"]) == 4 and len(arrays["pair_links"]) >= 3
+    more = np.array([[0, 10**6], [2, -3], [9, 0]])
+    arrays["updated_links"] = np.concatenate([arrays["updated_links"], more])
+    arrays["link_boxes"] = np.concatenate([arrays["link_boxes"], np.zeros((3, 6))])
+    pairs = np.array([[[0, 7], [1, 0]], [[2, 0], [2, 0]], [[1, 0], [2, 0]], [[1, 0], [2, 0]]])
+    arrays["pair_links"] = np.concatenate([arrays["pair_links"], pairs])
+    arrays["pair_states"] = np.concatenate([arrays["pair_states"], np.array([0, 5, -9, -2], np.int32)])
+    ranked = np.array([[[0, 0, 9], [1, 0, 0]], [[3, 0, 0], [3, 0, 0]]])
+    arrays["ranked_owners"] = np.concatenate([arrays["ranked_owners"], ranked])
+    arrays["pair_checked"] = np.array(10**12)
+    with file.open("wb") as changed:
+        np.savez(changed, **arrays)
+    for _ in range(2):
+        p.restoreState(fileName=str(file))
+        for _ in range(30):
+            p.stepSimulation()
+        heights = [p.getBasePositionAndOrientation(body)[0][2] for body in bodies]
+        np.testing.assert_allclose(heights, [0, 0.2, 0.4, 0.6], atol=2e-3)
+
+
 def test_user_data_goes_with_its_body(client: int) -> None:
     body = ball(p)
     entry = p.addUserData(body, "key", "value", linkIndex=-1, visualShapeIndex=2)

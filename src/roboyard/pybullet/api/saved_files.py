@@ -89,7 +89,7 @@ def restore_from_file(client: Client, file_name: str) -> None:
             values=arrays["values"],
             static_positions=arrays["static_positions"],
             static_quaternions=arrays["static_quaternions"],
-            contacts=_contacts_in(arrays, list(_places(scene))),
+            contacts=_contacts_in(arrays, list(_places(scene)), _joint_counts(scene) + 1),
         )
     )
     for record in scene.bodies.values():
@@ -117,12 +117,15 @@ def _arrays_of(contacts: KeptPoints, places: dict[int, int]) -> dict[str, np.nda
     return dict(zip(names, (owners, contacts.counts, contacts.points, *order), strict=True))
 
 
-def _contacts_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> KeptPoints | None:
+def _contacts_in(
+    arrays: dict[str, np.ndarray], bodies: list[int], counts_of_links: np.ndarray
+) -> KeptPoints | None:
     """Return the points in a file; None where it has none, or such as saveBullet does not write.
 
     Args:
         arrays: of the file.
         bodies: numbers of the World's bodies by their places.
+        counts_of_links: (n,) how many links each has.
     """
     owners, counts, points = (arrays.get(name) for name in _CONTACTS)
     if owners is None or counts is None or points is None:
@@ -140,7 +143,7 @@ def _contacts_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> KeptPoints
         )
     ):
         return None
-    met = _pairs_in(arrays, bodies)
+    met = _pairs_in(arrays, bodies, counts_of_links)
     if met is None:
         return None
     sensible = _are_named(owners, bodies).all(axis=1) & (counts >= 0) & (counts <= 4)
@@ -148,7 +151,9 @@ def _contacts_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> KeptPoints
     return KeptPoints(_numbered(owners[sensible], bodies), counts[sensible], points[sensible], met)
 
 
-def _pairs_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> MetPairs | None:
+def _pairs_in(
+    arrays: dict[str, np.ndarray], bodies: list[int], counts_of_links: np.ndarray
+) -> MetPairs | None:
     """Return the order of pairs in a file; None where it has none, or one that saveBullet does not write."""
     if not all(name in arrays for name in _PAIRS):
         return None
@@ -168,10 +173,11 @@ def _pairs_in(arrays: dict[str, np.ndarray], bodies: list[int]) -> MetPairs | No
         return None
     kept = [_are_named(pairs, bodies).all(axis=1), _are_named(ranked, bodies).all(axis=1)]
     known = _are_named(links, bodies)
+    known[known] = (links[known, 1] >= 0) & (links[known, 1] < counts_of_links[links[known, 0]])
     leaves, nodes, ties, tree = tree_of_boxes(boxes[known])
     return MetPairs(
         pairs=_numbered(pairs[kept[0]], bodies),
-        states=np.clip(states[kept[0]], HIDDEN, 0),
+        states=np.where(states[kept[0]] == HIDDEN, HIDDEN, -1).astype(np.int32),
         ranked=_numbered(ranked[kept[1]], bodies),
         checked=int(checked),
         links=_numbered(links[known], bodies),

@@ -437,10 +437,10 @@ class Manifolds:
         )
         kept, self._kept = self._kept, None
         self._new = {}
-        old, links = self.points, int(np.count_nonzero(order.links >= 0))
+        old, items = self.points, max(len(order.links), len(order.turns))
         met = (0, 0, 0) if kept is None else (*map(len, (kept.met.states, kept.met.ranked, kept.met.nodes)),)
-        every = len(order.links) * (len(order.links) - 1) // 2  # of all links, those of no body yet, too
-        meeting = min(every, max(16 * links, 4096))
+        every = items * (items - 1) // 2  # of all links or shapes, those of no body yet, too
+        meeting = min(every, max(16 * items, 4096))
         room = old.keys.shape[1], max(meeting, old.pairs.shape[1], *met[:2], 16)
         made: Points | None = world.of_arrays.get(_POINTS)
         if made is None or not has_room(made, *room, nodes=met[2]):
