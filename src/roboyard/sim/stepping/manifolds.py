@@ -218,11 +218,12 @@ class Manifolds:
             for place, geom in enumerate(rows):
                 owners[geom] = (body.id, link, place) if is_there else -1
             geoms += rows
-        links, rows = body.mujoco_ids.astype(np.int32), np.array(geoms, np.int32)
+        ids = body.mujoco_ids.tolist()
+        for link, row in enumerate(ids):
+            bound.link_owners[row] = (body.id, link) if is_there else -1
+        links, rows = np.array(ids, np.int32), np.array(geoms, np.int32)
         changed = (_NO_GEOMS, rows, _NO_GEOMS, links) if is_there else (rows, _NO_GEOMS, links, _NO_GEOMS)
         renumbering().renumber(self.points, bound.body_trees, bound.geoms[1], *changed)
-        bound.link_owners[links, 0] = body.id if is_there else -1
-        bound.link_owners[links, 1] = np.arange(len(links))
         self._ranges.clear()
         if is_there:
             self._new[body.id] = links
@@ -402,7 +403,7 @@ class Manifolds:
         if len(points.refreshed):
             grown = grown._replace(refreshed=points.refreshed)
         grown.notes[:] = points.notes
-        grown.notes[[FULL, RENUMBERED, SORTED]] = 0, 1, 0
+        grown.notes[[FULL, RENUMBERED, SORTED]] = 0, 2, 0
         self.points = grown
         self._world.drop_prepared()
 
@@ -550,7 +551,7 @@ class Manifolds:
             [(*pair, state) for pair, state in pairs.items()], (-1, 3)
         ).T
         points.ranked[:, : len(ranked)] = np.reshape([*ranked], (-1, 2)).T
-        points.notes[[LISTED, RANKED, RENUMBERED]] = len(pairs), len(ranked), 1
+        points.notes[[LISTED, RANKED, RENUMBERED]] = len(pairs), len(ranked), 2
         points.notes[CHECKED] = min(max(met.checked, 0), max(len(pairs) - 1, 0))
 
 

@@ -64,7 +64,7 @@ CHECKS = 10
 def meet(mechanism, state, surface, points):
     """Update the boxes of all links, the pairs and their ranks."""
     notes, nodes, ties, tree = points.notes, points.nodes, points.ties, points.tree
-    if notes[RENUMBERED] > 0:
+    if notes[RENUMBERED] > 1:
         note_places(points.pairs, points.table, notes[LISTED])
         note_places(points.ranked, points.rank_table, notes[RANKED])
     has_changed = notes[RENUMBERED] > 0 or notes[REFRESHED] > 0

@@ -34,9 +34,10 @@ def renumber(points, body_tree, geom_body, gone, come, gone_links, come_links): 
     remains of the points stays in order, and of ranks and pairs as if these had ended.
     """
     notes, turns, ages, links = points.notes, points.turns, points.ages, points.links
-    if notes[RENUMBERED] > 0 and gone_links.shape[0] > 0:
+    if notes[RENUMBERED] > 1 and gone_links.shape[0] > 0:
         note_places(points.pairs, points.table, notes[LISTED])
         note_places(points.ranked, points.rank_table, notes[RANKED])
+        notes[RENUMBERED] = 1
     for k in range(gone_links.shape[0]):
         drop_link(points, gone_links[k])
     for k in range(ages.shape[0]):
@@ -67,7 +68,7 @@ def renumber(points, body_tree, geom_body, gone, come, gone_links, come_links): 
     place_shapes(points, geom_body)
     place_trees(points, body_tree)
     notes[EXTRA] = notes[HELD] = notes[FULL] = notes[SORTED] = notes[TAKEN_UP] = 0
-    notes[RENUMBERED] = 1
+    notes[RENUMBERED] = max(notes[RENUMBERED], 1)
 
 
 def drop_link(points, link):

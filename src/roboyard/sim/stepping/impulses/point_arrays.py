@@ -169,7 +169,7 @@ def forget_points(points: Points) -> None:
     """Leave the arrays as `make_points` returns them, but for room and order of geoms and links."""
     shapes, links = points.notes[[SHAPES, LINKS]].tolist()
     points.notes[:], points.bounds[:], points.bounds[:, 0] = 0, 0.0, 1.0
-    points.notes[[SHAPES, LINKS, RENUMBERED]] = shapes, links, 1  # so that the tables are emptied
+    points.notes[[SHAPES, LINKS, RENUMBERED]] = shapes, links, 2  # so that the tables are emptied
     points.leaves[:], points.tree[:] = -1, -1
     points.tree[[TOP, WAY]] = 0
     _forget_boxes(points)

@@ -234,9 +234,9 @@ class Points(NamedTuple):
     notes: np.ndarray
     """(16,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
     of contacts moved to anchors; numbers of pairs whose boxes meet and of those with ranks, the next to be
-    checked, 1 where there was no room for one, 1 where the tables are to be filled, 1 where `work` is sorted
-    and 2 where parts of the mechanism are, too, length of the sequence, number of geoms of bodies, number of
-    links in `refreshed`, length of `listing`, number of links, number of steps."""
+    checked, 1 where there was no room for one, 1 where bodies changed, 2 where the tables are to be filled,
+    1 where `work` is sorted and 2 where parts of the mechanism are, too, length of the sequence, number of
+    geoms of bodies, number of links in `refreshed`, length of `listing`, number of links, number of steps."""
 
 
 class Surface(NamedTuple):
