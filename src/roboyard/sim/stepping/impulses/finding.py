@@ -48,13 +48,8 @@ def find_contacts(  # pragma: no cover
         mj_makeM(model, data)
         mj_factorM(model, data)
         mj_fwdVelocity(model, data)
-    disabled[0] = kept | more
-    if bodies > 0:
-        swap(welds, freedoms, others, bodies)
-    mj_collision(model, data)
-    if bodies > 0:
-        swap(welds, freedoms, others, bodies)
     disabled[0] = kept
+    collide_with(model, data, disabled, welds, freedoms, others, bodies, more)
 
 
 @compiled("i8 i8 i8 i8 i8 i8 i8 i8 i8 i8 i8", library=mujoco_library)
@@ -62,7 +57,11 @@ def collide(  # pragma: no cover
     model, data, flags, lengths, moves, count, welds, freedoms, others, bodies, more
 ):
     """Compute contacts of bodies whose positions are known; the arguments are those of `find_contacts`."""
-    disabled = integers_at(flags, 1)
+    collide_with(model, data, integers_at(flags, 1), welds, freedoms, others, bodies, more)
+
+
+def collide_with(model, data, disabled, welds, freedoms, others, bodies, more):
+    """Compute contacts with further flags and other numbers of bodies, which are put back then."""
     kept = disabled[0]
     disabled[0] = kept | more
     if bodies > 0:
