@@ -170,3 +170,23 @@ def test_single_rays_hit_what_many_do_and_what_the_search_through_all_shapes_fin
     assert len({hit[0] for hit in many}) == 7
     missed = ((-1, -1, 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),)
     assert p.rayTest([0, 0, 2], [0, 0, 2]) == p.rayTest([0, 0, math.inf], [0, 0, 0]) == missed
+
+
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0, 1.0), (0.3, -0.2, 0.1, 0.8), (0.9, -0.3, 0.2, 0.1)])
+def test_planes_are_met_from_both_sides(client: int, turn: tuple[float, ...]) -> None:
+    """As in PyBullet: the normal is on the ray's side."""
+    length = math.sqrt(sum(part * part for part in turn))
+    turn = tuple(part / length for part in turn)
+    place, normal = np.array([0.3, 0.2, 0.1]), np.array(p.getMatrixFromQuaternion(turn))[2::3]
+    plane = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE), -1, place, turn)
+    starts, ends = (
+        np.array([[0.1, -0.2, 4.0], [0.4, 0.3, -4.0]]),
+        np.array([[0.3, 0.1, -4.0], [0.2, 0.1, 4.0]]),
+    )
+    for start, end, hit in zip(starts, ends, p.rayTestBatch(starts.tolist(), ends.tolist()), strict=True):
+        along = (end - start) @ normal
+        fraction = (place - start) @ normal / along
+        assert hit[:2] == (plane, -1)
+        assert hit[2] == pytest.approx(fraction, abs=1e-12)
+        assert hit[4] == pytest.approx(-np.sign(along) * normal, abs=1e-12)
+        assert p.rayTest(start.tolist(), end.tolist())[0][2] == pytest.approx(fraction, abs=1e-12)

@@ -47,7 +47,7 @@ def test_rays_meet_what_mujoco_rays_meet():
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     geoms, distances, normals = np.zeros(3000, dtype=np.int32), np.zeros(3000), np.zeros((3000, 3))
     lengths, work = rng.uniform(0.1, 12.0, 3000), np.zeros(shape_rays.WORK)
-    shapes = shape_rays.ray_shapes(model, data, GROUPS)
+    shapes = shape_rays.ray_shapes(model, data, GROUPS, has_backs=False)
     shape_rays.cast_rays(shapes, starts, ways, lengths, work, geoms, distances, normals)
     geom, normal, hits, far = np.zeros(1, dtype=np.int32), np.zeros(3), 0, 0
     for i in range(3000):
@@ -69,7 +69,7 @@ def test_without_machine_code_rays_are_mujoco_own(monkeypatch):
     world.add_box((1, 1, 1), position=(0, 0, 1))
     starts, ends = [(0.1, 0.2, 5), (0.3, 0.1, 4), (3, 0, 4)], [(0, 0, -5), (0, 0.1, -5), (3, 0, 1)]
     wanted, one = world.rays(starts, ends), rays.first_shape(world, (0.1, 0.2, 5.0), (0.0, 0.0, -9.0))
-    monkeypatch.setattr(shape_rays, "ray_shapes", lambda *given: None)
+    monkeypatch.setattr(shape_rays, "ray_shapes", lambda *given, **named: None)
     world.kept_rays.clear()
     found = world.rays(starts, ends)
     same = world.rays(starts[:1] * 2, ends[:2])

@@ -300,6 +300,12 @@ def _each(values: Vector | None, count: int, default: float, message: str) -> Se
     return (default,) * count if values is None else floats(values, count, message)
 
 
+def _within_limits(record: BodyRecord, joint: int, position: float) -> float:
+    """Return the target of a joint (rad or m) within its limits, if it has any."""
+    lower, upper = record.infos[joint][8:10]
+    return min(max(position, lower), upper) if lower <= upper else position
+
+
 def _drive(
     scene: PhysicsScene, record: BodyRecord, joint: int, mode: int, position: float, velocity: float,
     force: float,
@@ -323,7 +329,7 @@ def _drive(
             velocityGain=kd,
         )
         scene.spring_dampers[(record.number, joint)] = SpringDamper(
-            scene, record, joint, position, velocity, kp, kd, force
+            scene, record, joint, _within_limits(record, joint, position), velocity, kp, kd, force
         )
         return
     scene.ensure_default_motors(record)
@@ -338,11 +344,9 @@ def _drive(
     if mode == c.VELOCITY_CONTROL:
         scene.world.motors.set(handle, velocity=velocity, kp=0.0, kd=kd, max_impulse=impulse)
     else:
-        lower, upper = record.infos[joint][8:10]
-        if lower <= upper:
-            position = min(max(position, lower), upper)
         scene.world.motors.set(
-            handle, position=position, velocity=velocity, kp=kp, kd=kd, max_impulse=impulse,
+            handle, position=_within_limits(record, joint, position), velocity=velocity, kp=kp, kd=kd,
+            max_impulse=impulse,
             max_velocity=max(fastest, 0.0),
         )  # fmt: skip
     if impulse > 0.0 or force == 0.0:

@@ -31,9 +31,8 @@ def constraint_efforts(
     if rule == 1:
         out[0] = numbers[place] + 0.0
         out[1] = numbers[place + 1] + 0.0
-        out[2] = HALF_ANGLE * numbers[place + 5] + 0.0
-        out[3] = HALF_ANGLE * numbers[place + 3] + 0.0
-        out[4] = HALF_ANGLE * numbers[place + 4] + 0.0
+        for k in range(2, 5):
+            out[k] = HALF_ANGLE * numbers[place + k + 1] + 0.0
         return 1
     for k in range(len(out)):
         if rule == 2:

@@ -243,7 +243,7 @@ def _first_marked(shapes, near, marks, work, place, length):  # pragma: no cover
         geom = shapes.rows[row]
         if is_hidden(shapes, geom):
             continue
-        distance = distance_on_ray(shapes, geom, start, direction, normal)
+        distance = distance_on_ray(shapes, geom, start, direction, normal, work)
         if 0.0 <= distance < nearest or (distance == nearest and geom < found):
             nearest, found = distance, geom
             for k in range(3):

@@ -55,6 +55,18 @@ def free_axis(
         position, velocity = direction @ distance, values @ data.qvel
         data.efc_pos[row], data.efc_vel[row] = position, velocity
         data.efc_aref[row] = -damping * velocity - stiffness * impedance * position
+    if not follows:
+        _put_last_first(model, data, rows[0] + 3)
+
+
+def _put_last_first(model: Any, data: Any, first: int) -> None:
+    """Put the last of a weld's three turns in front of the others; see `free_slide`."""
+    lines = [_row(model, data, first + k)[0] for k in range(3)]
+    jacobian = [data.efc_J[line].copy() for line in lines]
+    for line, source in zip(lines, (2, 0, 1), strict=True):
+        data.efc_J[line] = jacobian[source]
+    for values in (data.efc_pos, data.efc_vel, data.efc_aref):
+        values[first : first + 3] = values[[first + 2, first, first + 1]]
 
 
 def bound_rows(model: Any, data: Any, bound: Array) -> None:

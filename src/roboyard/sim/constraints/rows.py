@@ -9,6 +9,7 @@ import numpy as np
 
 from roboyard.sim.body import Body
 from roboyard.sim.constraints.bounded_rows import HALF_ANGLE, bound_rows, free_axis
+from roboyard.sim.constraints.kinds import SLIDE
 from roboyard.sim.constraints.records import Constraint, Ends
 from roboyard.sim.constraints.spec_elements import STIFF_SOLIMP
 from roboyard.sim.engine import Engine
@@ -106,6 +107,8 @@ class ConstraintRows:
         forces: list[float] = data.efc_force[first : first + count].tolist()
         if constraint.kind in _WELDED:
             forces[3:] = [HALF_ANGLE * moment for moment in forces[3:]]
+            if constraint.kind == "slide" and world.hard_contacts:
+                forces[3:] = *forces[4:], forces[3]  # see `free_slide`
         return forces
 
     def prepare(self, model: Any) -> None:
@@ -128,7 +131,7 @@ class ConstraintRows:
         )
 
     def _look_up_ends(self, model: Any, constraint: Constraint) -> Ends:
-        equality, aux, sites = constraint.element.id, -1, (-1, -1)
+        equality, aux, sites = constraint.element.id, -1 if constraint.axis is None else SLIDE, (-1, -1)
         if constraint.has_frames:
             owner_of, tree_of, sites = model.site_bodyid.item, model.body_treeid.item, constraint.rows
             trees = tree_of(owner_of(sites[0])), tree_of(owner_of(sites[1]))

@@ -141,12 +141,35 @@ def _meet(
     if count and not visual and (origins == origins[0]).all():
         places = geoms, distances, normals.ravel(), count, float(lengths.max())
         mujoco.mj_multiRay(model, data, origins[0], directions.ravel(), groups, True, -1, *places)
-        return distances
-    starts = np.broadcast_to(origins, directions.shape)
-    for i, (start, way) in enumerate(zip(starts, directions, strict=True)):
-        found = geoms[i : i + 1], normals[i]
-        distances[i] = mujoco.mj_ray(model, data, start, way, groups, True, -1, *found)
+    else:
+        starts = np.broadcast_to(origins, directions.shape)
+        for i, (start, way) in enumerate(zip(starts, directions, strict=True)):
+            found = geoms[i : i + 1], normals[i]
+            distances[i] = mujoco.mj_ray(model, data, start, way, groups, True, -1, *found)
+    if world.profile.hard_contacts:
+        _meet_backs(model, data, groups, origins, directions, geoms, distances, normals)
     return distances
+
+
+def _meet_backs(
+    model: Any,
+    data: Any,
+    groups: np.ndarray,
+    origins: Array,
+    directions: Array,
+    geoms: np.ndarray,
+    distances: Array,
+    normals: Array,
+) -> None:
+    """Fill in planes that rays meet from behind; see `shape_rays.distance_from_behind`."""
+    shown = groups[np.clip(model.geom_group, 0, len(groups) - 1)] > 0
+    for geom in np.flatnonzero(shown & (model.geom_type == shape_rays.PLANE)).tolist():
+        axis = data.geom_xmat[geom, 2::3]
+        height, along = (origins - data.geom_xpos[geom]) @ axis, directions @ axis
+        meets = (height < 0.0) & (along > shape_rays.ALONG)
+        apart = np.where(meets, -height / np.where(meets, along, 1.0), np.inf)
+        nearer = apart < np.where(distances < 0.0, np.inf, distances)
+        distances[nearer], geoms[nearer], normals[nearer] = apart[nearer], geom, -axis
 
 
 def kept_shapes(world: Engine[Body]) -> shape_rays.RayShapes | None:
@@ -159,7 +182,9 @@ def kept_shapes(world: Engine[Body]) -> shape_rays.RayShapes | None:
 def _keep_shapes(world: Engine[Body], *, visual: bool) -> tuple[Any, Array]:
     """Return the shapes as `shape_rays` takes them, or None where it does not, and its memory."""
     groups = _VISUALS if visual else _COLLISIONS
-    shapes = shape_rays.ray_shapes(world.live_model, world.live_data, groups)
+    shapes = shape_rays.ray_shapes(
+        world.live_model, world.live_data, groups, has_backs=world.profile.hard_contacts
+    )
     found = world.kept_rays[visual] = shapes, np.zeros(shape_rays.WORK)
     return found
 

@@ -14,10 +14,12 @@ from roboyard._records import NamedTuple
 from roboyard.native import Bundle, c_function, can_call, compiled, record
 from roboyard.sim.mujoco_library import mujoco_library
 
-MESH, HEIGHTFIELD, SDF = 7, 1, 8
+PLANE, MESH, HEIGHTFIELD, SDF = 0, 7, 1, 8
 """MuJoCo's kinds of shapes that rays meet in ways of their own."""
 _SLACK = 1e-9
 """Share by which bounding spheres are taken larger, and length (m)."""
+ALONG = 1e-15
+"""Share of a ray that is along a plane's normal, at least; MuJoCo's `mjMINVAL`."""
 _VECTOR = 24
 """Bytes of three numbers."""
 
@@ -43,10 +45,12 @@ class RayShapes(NamedTuple):
     """Address of MuJoCo's model."""
     data: int
     """Address of MuJoCo's data."""
+    has_backs: int
+    """1 where planes are met from behind, too, as in Bullet; MuJoCo's are not."""
 
 
 RAY_SHAPES = record(
-    RayShapes, "i4[::1] i4[::1] f8[:,::1] f8[::1] i4[::1] f4[:,::1] f4[:,::1] f8[:,::1] f8[:,::1] i8 i8"
+    RayShapes, "i4[::1] i4[::1] f8[:,::1] f8[::1] i4[::1] f4[:,::1] f4[:,::1] f8[:,::1] f8[:,::1] i8 i8 i8"
 )
 SHAPES = Bundle((RAY_SHAPES,))
 _OF_MODEL = ("geom_type", "geom_size", "geom_rbound", "geom_matid", "geom_rgba", "mat_rgba")
@@ -54,13 +58,14 @@ WORK = 13
 """Numbers of a ray: start (m), direction, a normal, then the normal and the distance (m) of the hit."""
 
 
-def ray_shapes(model: Any, data: Any, groups: np.ndarray) -> Any:
+def ray_shapes(model: Any, data: Any, groups: np.ndarray, *, has_backs: bool) -> Any:
     """Return the shapes of some of MuJoCo's groups for the loops below; None where these cannot take them.
 
     Args:
         model: MuJoCo's model.
         data: MuJoCo's data.
         groups: (6,) whether the shapes of each group are met.
+        has_backs: whether planes are met from behind, too.
     """
     rows = np.flatnonzero(groups[np.clip(model.geom_group, 0, len(groups) - 1)]).astype(np.int32)
     kinds = model.geom_type[rows]
@@ -68,7 +73,7 @@ def ray_shapes(model: Any, data: Any, groups: np.ndarray) -> Any:
         return None
     rows = rows[np.argsort(np.isin(kinds, (MESH, HEIGHTFIELD)), kind="stable")]
     fields = {name: getattr(model, name) for name in _OF_MODEL}
-    addresses = {"model": model._address, "data": data._address}
+    addresses = {"model": model._address, "data": data._address, "has_backs": int(has_backs)}
     return SHAPES.of(
         RayShapes(rows, geom_xpos=data.geom_xpos, geom_xmat=data.geom_xmat, **fields, **addresses)
     )
@@ -82,17 +87,17 @@ def is_hidden(shapes, geom):  # pragma: no cover
     return shapes.geom_rgba[geom, 3] == 0.0
 
 
-def distance_on_ray(shapes, geom, start, direction, normal):  # pragma: no cover
+def distance_on_ray(shapes, geom, start, direction, normal, work):  # pragma: no cover
     """Return the distance (m) at which a ray meets a shape, negative where it does not, and its normal.
 
-    start, direction, normal: addresses of three numbers.
+    start, direction, normal: addresses of three numbers each, the first ones of `work`.
     """
     kind = shapes.geom_type[geom]
     if kind == MESH:
         return mj_rayMesh(shapes.model, shapes.data, geom, start, direction, normal)
     if kind == HEIGHTFIELD:
         return mj_rayHfield(shapes.model, shapes.data, geom, start, direction, normal)
-    return mju_rayGeom(
+    distance = mju_rayGeom(
         shapes.geom_xpos.ctypes.data + _VECTOR * geom,
         shapes.geom_xmat.ctypes.data + 3 * _VECTOR * geom,
         shapes.geom_size.ctypes.data + _VECTOR * geom,
@@ -101,6 +106,20 @@ def distance_on_ray(shapes, geom, start, direction, normal):  # pragma: no cover
         kind,
         normal,
     )
+    if distance < 0.0 and kind == PLANE and shapes.has_backs > 0:
+        return distance_from_behind(shapes, geom, work)
+    return distance
+
+
+def distance_from_behind(shapes, geom, work):  # pragma: no cover
+    """Return the distance (m) at which a ray meets a plane from behind, else -1, and write the normal."""
+    height = along = 0.0
+    for k in range(3):
+        axis = shapes.geom_xmat[geom, 3 * k + 2]
+        height += axis * (work[k] - shapes.geom_xpos[geom, k])
+        along += axis * work[3 + k]
+        work[6 + k] = -axis
+    return -height / along if height < 0.0 and along > ALONG else -1.0
 
 
 def first_on_ray(shapes, work, place, length):  # pragma: no cover
@@ -124,7 +143,7 @@ def first_on_ray(shapes, work, place, length):  # pragma: no cover
                 continue
         if is_hidden(shapes, geom):
             continue
-        distance = distance_on_ray(shapes, geom, start, direction, normal)
+        distance = distance_on_ray(shapes, geom, start, direction, normal, work)
         if 0.0 <= distance < nearest or (distance == nearest and geom < found):
             nearest, found = distance, geom
             for k in range(3):

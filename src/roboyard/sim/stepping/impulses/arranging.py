@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from roboyard.sim.constraints.kinds import SLIDE
 from roboyard.sim.stepping.impulses.contact_jacobian import write_contact_rows
 from roboyard.sim.stepping.impulses.contact_order import order_contacts
 from roboyard.sim.stepping.impulses.entries import copy_entries, entry_of, place_of
@@ -78,6 +79,8 @@ def arrange(rows, contacts, search, mechanism, state, points, surface, solver, w
                 axis = 0
                 while axis < 2 and row >= 4 + axis and index[row - 4 - axis] == equality:
                     axis += 1
+                if aux == SLIDE:
+                    axis = (axis + 2) % 3  # see `free_slide`
                 turn_about_axis(mechanism, state, equality, axis, n, row, solver, velocity, position)
 
 

@@ -137,7 +137,7 @@ class Mechanism(NamedTuple):
     equality_tree: np.ndarray
     """(neq, 2) trees of each equality, -1 for none, -2 where MuJoCo solves it."""
     equality_aux: np.ndarray
-    """(neq,) dof whose velocity a gear follows without acting on it, -1 for none."""
+    """(neq,) dof whose velocity a gear follows without acting on it, -1 for none, `SLIDE` for slides."""
     equality_site: np.ndarray
     """(neq, 2) sites of both frames, -1 for none."""
     site_body: np.ndarray

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from roboyard.native import compiled
+from roboyard.sim.constraints.kinds import SLIDE
 from roboyard.sim.stepping.impulses.contact_row_kernels import FRICTION, OWN_CONTACT
 from roboyard.sim.stepping.impulses.entries import add_to
 from roboyard.sim.stepping.impulses.inertia import (
@@ -156,7 +157,7 @@ def note_links_apart(kind, index, geom, mechanism, state, solver):  # pragma: no
             write_link(
                 n, mechanism.dof_body[dof], axis[0], axis[1], axis[2], 0.0, 0.0, 0.0, mechanism, state, solver
             )
-        elif kind[row] == EQUALITY and mechanism.equality_site[index[row], 0] >= 0:
+        elif kind[row] == EQUALITY and holds_own_links(index[row], mechanism):
             write_first_link(n, row, kind, index, mechanism, state, solver)
         else:
             continue
@@ -166,6 +167,14 @@ def note_links_apart(kind, index, geom, mechanism, state, solver):  # pragma: no
         solve_inertia(mechanism, state, work, first, first + size, first)
         for k in range(size):
             solver.goals[n, 5] += 2.0 * work[first + k] * (solver.jacobian[n, k] - entries[n, k])
+
+
+def holds_own_links(equality, mechanism):
+    """Return whether an equality holds two frames of one tree together; not slides, whose rows are turned."""
+    one, two = mechanism.equality_site[equality, 0], mechanism.equality_site[equality, 1]
+    if one < 0 or mechanism.equality_aux[equality] == SLIDE:
+        return False
+    return mechanism.body_tree[mechanism.site_body[one]] == mechanism.body_tree[mechanism.site_body[two]]
 
 
 def write_first_link(n, row, kind, index, mechanism, state, solver):

@@ -16,7 +16,8 @@ def free_slide(rows, search, frames, equality, site, axis):  # pragma: no cover
 
     Does what `free_axis` does where distances are measured at each body's own point: those along two
     directions across the axis are sums of those along the axes of the world, which the rows are of. The
-    third row becomes empty.
+    third row becomes empty. The turn about the third axis of the frame is the first of the turns, as in
+    Bullet, whose order of rows matters where rounds end before forces have converged.
 
     frames: (nsite, 9) of sites in the world. equality: row of the weld, site: that of the frame in which the
     axis (3,) is fixed.
@@ -50,7 +51,21 @@ def free_slide(rows, search, frames, equality, site, axis):  # pragma: no cover
     turn(rows.position, at[3] + first, 1, 1, a, b, c, d, e, f)
     turn(rows.velocity, at[7] + first, 1, 1, a, b, c, d, e, f)
     turn(rows.reference, at[8] + first, 1, 1, a, b, c, d, e, f)
+    exchange(rows.jacobian, start + 3 * count, count)
+    exchange(rows.position, at[3] + first + 3, 1)
+    exchange(rows.velocity, at[7] + first + 3, 1)
+    exchange(rows.reference, at[8] + first + 3, 1)
     return 1
+
+
+def exchange(values, start, count):
+    """Put the last of three rows of so many numbers in front of the others."""
+    for k in range(start, start + count):
+        values[k], values[k + count], values[k + 2 * count] = (
+            values[k + 2 * count],
+            values[k],
+            values[k + count],
+        )
 
 
 def turn(values, start, count, step, a, b, c, d, e, f):
