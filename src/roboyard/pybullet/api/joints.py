@@ -329,7 +329,7 @@ def _reaction(client: Client, record: BodyRecord, joint: int) -> tuple[float, ..
     """Return force (N) and torque (N m) in a joint, in the child's inertial frame; 0 without a sensor."""
     if joint not in record.sensors:
         return NO_REACTION
-    from roboyard.pybullet.state.reactions import reaction
+    from roboyard.pybullet.state.reactions.joint_reactions import reaction
 
     return reaction(client.scene, record, joint)
 

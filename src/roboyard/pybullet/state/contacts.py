@@ -398,7 +398,7 @@ class LastStep:
                 continue
             scene.ready(number, "")
             for joint in record.sensors:
-                from roboyard.pybullet.state.reactions import reaction
+                from roboyard.pybullet.state.reactions.joint_reactions import reaction
 
                 record.reactions[joint] = reaction(scene, record, joint)
             if forces is None:

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.shape_rows import Numbers
     from roboyard.pybullet.state.body_records import SceneBoxes
     from roboyard.pybullet.state.query_shapes import QueryShapes
+    from roboyard.pybullet.state.reactions.joint_reactions import JointWrenches
     from roboyard.sim.body import Body
     from roboyard.sim.pool.lone_bodies import LoneBody
     from roboyard.sim.stepping.shape_forms import ShapeForms
@@ -133,7 +134,7 @@ class PhysicsScene:
         self._motor_forces: Any = None
         self.parts = 1
         """Parts of the last step. Impulses of the last part are reported over the time of the whole step."""
-        self._wrenches_known = False
+        self._wrenches: JointWrenches | None = None
         self.with_sensors: set[int] = set()
         """Bodies with force-torque sensors."""
 
@@ -526,17 +527,15 @@ class PhysicsScene:
             self._motor_forces = forces / self.parts if self.parts > 1 else forces
         return self._motor_forces
 
-    def joint_wrenches(self) -> Any:
-        """Return (nbody, 6) torques (N m) and forces (N) in joints in the last step; None before.
-
-        In world axes, about the centre of mass of the body's tree.
-        """
+    def joint_wrenches(self) -> JointWrenches | None:
+        """Return the forces and torques in joints in the last step; None before."""
         if self.motor_revision != self.world.revision:
             return None
-        if not self._wrenches_known:
-            self.world.find_reactions()
-            self._wrenches_known = True
-        return self.world.live_data.cfrc_int
+        if self._wrenches is None:
+            from roboyard.pybullet.state.reactions.joint_reactions import find_wrenches
+
+            self._wrenches = find_wrenches(self.world)
+        return self._wrenches
 
     @property
     def has_sensors(self) -> bool:
@@ -601,22 +600,32 @@ class PhysicsScene:
         self.frames_revision = self.motor_revision = world.revision
         self.last_step.drop()
         self._motor_forces = None
-        self._wrenches_known = False
+        self._wrenches = None
 
     def _step_in_parts(self, parts: int) -> None:
         """Advance by one time step, with what scripts have acting in each of its parts."""
         world = self.world
         applied = self._applied_forces() if parts > 1 else None
+        speeds = self._damped_speeds() if parts > 1 else None
         for part in range(parts):
             if part and applied is not None:
                 world.live_data.xfrc_applied[:], world.live_data.qfrc_applied[:] = applied
                 world.wrenches.find()
+            if part and speeds is not None:
+                data = world.live_data
+                data.qfrc_applied[:] += world.live_model.dof_damping * (data.qvel - speeds)
+                world.wrenches.pending = True
             for effort in self.spring_dampers.values():
                 effort()
             if self.records_user_torques:
                 world.ensure_compiled()
                 self.user_torques = world.live_data.qfrc_applied.copy()
             world.step()
+
+    def _damped_speeds(self) -> Any:
+        """Return the (nv,) velocities that joint damping is of in the whole step; None without any."""
+        self.world.ensure_compiled()
+        return self.world.live_data.qvel.copy() if self.world.live_model.dof_damping.any() else None
 
     def _applied_forces(self) -> tuple[Any, Any] | None:
         """Return copies of the forces on links and joints, for the later substeps of a step."""

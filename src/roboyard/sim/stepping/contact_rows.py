@@ -237,6 +237,10 @@ class ContactRows:
         effort_kernels().motor_efforts(self._rows, counted, out)
         return out
 
+    def add_limit_efforts(self, model: Any, out: Array) -> None:
+        """Add the efforts of limits in the last step to (nv,) (N m or N)."""
+        effort_kernels().limit_efforts(self._rows, self._counted, model.jnt_dofadr, out)
+
     def add_wrenches(self, model: Any, data: Any, found: StepRows, forces: Array, wrenches: Array) -> None:
         """Add the wrenches of contacts with forces (n, 6), as of `forces`, to (nbody, 6) those on bodies."""
         kernels().add_wrenches(found.contacts, len(forces), forces, model.geom_bodyid, data.xipos, wrenches)

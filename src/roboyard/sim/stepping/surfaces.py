@@ -211,6 +211,13 @@ class Surfaces:
             for row in link.geom_ids:
                 self.anchors[row] = is_anchored
 
+    def damping_of_all(self, model: Any, data: Any) -> np.ndarray:
+        """Return (nbody, 4) linear k and q, angular k and q of all links; see `damping`."""
+        if self._damping_rows is None or self._restitution_rows is None:
+            self._look_up(model, data)
+        assert self._damping_rows is not None
+        return self._damping_rows
+
     def damping(self, link: Link) -> tuple[float, float, float, float]:
         """Return linear k (1/s), linear q (1/m), angular k (1/s) and angular q (-) of a link."""
         linear, linear_quadratic, angular, angular_quadratic = self._damping.get(

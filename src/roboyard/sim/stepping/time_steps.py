@@ -426,18 +426,17 @@ class Stepping:
 
     def find_reactions(self, model: Any, data: Any) -> None:
         """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, as `mj_rnePostConstraint` does."""
-        own = self._own_forces(data)
-        if not own.any():
-            mujoco.mj_rnePostConstraint(model, data)
-            return
-        assert self._compiled is not None
-        applied = data.xfrc_applied
-        kept = applied.copy()
-        self.in_turn.contact_rows.add_wrenches(model, data, self._compiled[1], own, applied)
+        own, applied, speeds = self._own_forces(data), data.xfrc_applied, data.qvel
+        kept = applied.copy(), speeds.copy()
+        if not self._is_implicit:  # the axes turn by the velocities before the step
+            speeds -= model.opt.timestep * data.qacc
         try:
+            if own.any():
+                assert self._compiled is not None
+                self.in_turn.contact_rows.add_wrenches(model, data, self._compiled[1], own, applied)
             mujoco.mj_rnePostConstraint(model, data)
         finally:
-            applied[:] = kept
+            applied[:], speeds[:] = kept
 
     def _own_forces(self, data: Any) -> Array:
         """Return (ncon, 6) forces and torques of contacts whose rows MuJoCo has not made, 0 of others."""
@@ -580,6 +579,16 @@ class Stepping:
             if effort_kernels().motor_efforts(found.rows, found.search, out):
                 return out
         return self.motors.forces()
+
+    def joint_forces(self, model: Any) -> np.ndarray:
+        """Return the (nv,) efforts of all motors and limits in the last step (N m or N)."""
+        out, own = self.motor_forces().copy(), self.in_turn.contact_rows
+        if own.is_last:
+            own.add_limit_efforts(model, out)
+        elif self._compiled is not None and self._compiled[1].is_direct:
+            found = self._compiled[1]
+            effort_kernels().limit_efforts(found.rows, found.search, model.jnt_dofadr, out)
+        return out
 
     def _own_motor_forces(self) -> np.ndarray | None:
         """Return the (nv,) efforts of all motors where MuJoCo does not have them."""

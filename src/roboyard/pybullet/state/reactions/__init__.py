@@ -1,0 +1,1 @@
+"""Forces and torques in joints, as sensors read them."""
