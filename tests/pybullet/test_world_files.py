@@ -98,6 +98,55 @@ def test_an_mjcf_makes_a_link_of_every_joint(mjcf: tuple[int, ...]) -> None:
     assert infos[1][8:10] == (1.0, 0.0), "without a range"
 
 
+def test_an_mjcf_that_is_loaded_again_goes_on_counting(client: int, tmp_path: Path) -> None:
+    """Bullet counts joints and bodies without a name as long as the process runs: here two in each load."""
+    file = tmp_path / "toy.xml"
+    file.write_text(MJCF)
+    numbers, data = [], []
+    for turn in range(4):
+        if turn == 2:
+            p.resetSimulation()
+        if turn == 3:
+            p.setPhysicsEngineParameter(enableFileCaching=0)
+        _, body, _ = p.loadMJCF(str(file))
+        infos = [p.getJointInfo(body, j) for j in range(p.getNumJoints(body))]
+        assert [info[0] for info in infos] == [0, 1, 2, 3]
+        assert infos[0][1] == b"first"
+        numbers.append([int(info[1].decode().split("_")[1]) for info in infos[2:]])
+        data.append(
+            (p.getDynamicsInfo(body, 2)[:4], p.getLinkState(body, 3)[:2], [info[2:] for info in infos])
+        )
+    start = numbers[0][1]
+    assert numbers == [[start + 3 * turn + 1, start + 3 * turn] for turn in range(4)], "as PyBullet 3.2.7"
+    assert data[0] == data[1] == data[2] == data[3]
+
+
+def test_an_mjcf_that_has_changed_is_read_again(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "toy.xml"
+    for width, mesh in ((0.1, ""), (0.25, ""), (0.3, '<asset><mesh name="m" file="m.obj"/></asset>')):
+        file.write_text(
+            MJCF.replace("<default>", mesh + "<default>").replace("0.1 0.2 0.3", f"{width} 0.2 0.3")
+        )
+        for _ in range(2):
+            _, body, _ = p.loadMJCF(str(file))
+            assert p.getDynamicsInfo(body, 3)[0] == pytest.approx(1000 * 8 * width * 0.2 * 0.3)
+
+
+def test_an_mjcf_finds_meshes_that_came_later(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "toy.xml"
+    file.write_text(
+        '<mujoco><asset><mesh name="m" file="m.obj"/></asset><worldbody><body name="a" pos="0 0 1">'
+        '<joint type="free"/><geom type="mesh" mesh="m"/></body></worldbody></mujoco>'
+    )
+    (first,) = p.loadMJCF(str(file))
+    assert p.getCollisionShapeData(first, -1) == ()
+    (tmp_path / "m.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    )
+    (second,) = p.loadMJCF(str(file))
+    assert len(p.getCollisionShapeData(second, -1)) == 1
+
+
 def test_masses_of_an_mjcf_follow_from_volumes(mjcf: tuple[int, ...]) -> None:
     capsule = 1000 * (pi * 0.01 * 0.4 + 4 / 3 * pi * 0.001)
     assert p.getDynamicsInfo(mjcf[1], 2)[0] == pytest.approx(capsule)

@@ -254,22 +254,15 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
     Raises:
         error: the file does not exist or cannot be loaded.
     """
-    from roboyard.pybullet.readers.mjcf import load_mjcf
-    from roboyard.pybullet.readers.mjcf_inertia import bullet_bounds, bullet_moments
+    from roboyard.pybullet.readers.mjcf_models import read_models
 
     path = _existing(client, mjcfFileName, _NO_MJCF)
     given = whole(flags)
     ids = []
     scene = client.scene
     try:
-        for part in load_mjcf(path, _search_paths(client), colors=bool(given & c.MJCF_COLORS_FROM_FILE)):
-            model = bullet_model(
-                part.description,
-                flags=given,
-                moments_of=bullet_moments(given),
-                bounds_of=bullet_bounds(given),
-            )
-            model.has_two_spheres = not given & c.URDF_USE_IMPLICIT_CYLINDER
+        uses_cache = bool(client.parameters.file_caching)
+        for part, model, names in read_models(path, _search_paths(client), given, uses_cache=uses_cache):
             frame = model.links[0].frame
             orientation = multiply(part.orientation, conjugate(frame.quaternion))
             record = scene.add(
@@ -282,6 +275,8 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
                 kind=RIGID_BODY if not whole(useMultiBody) and len(model.links) == 1 else MULTIBODY,
             )
             record.is_mjcf = True
+            if names:
+                record.rename_joints(names)
             ids.append(record.number)
             for name, (group, mask) in part.filters.items():
                 place = record.number, model.index_by_name[name]
