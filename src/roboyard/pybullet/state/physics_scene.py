@@ -270,11 +270,7 @@ class PhysicsScene:
     def disable_gravity(self, record: BodyRecord, link: int, disabled: bool) -> None:
         """Disable (or enable) gravity and damping of a link."""
         handle = record.body.links[link + 1]
-        element = handle._built.element
-        if bool(element.gravcomp) != disabled:
-            self.world.note_edit()
-            element.gravcomp = float(disabled)
-            self.world.mark_stale()
+        handle.set_gravity_share(float(not disabled))
         linear, angular = (0.0, 0.0) if disabled else (record.linear_damping, record.angular_damping)
         if record.kind == MULTIBODY:
             self.world.surfaces.set_damping(
