@@ -160,12 +160,14 @@ class CollisionFilters:
             self._free_codes.append(code)
             self._free_codes.sort()
         kept = {key for key in self._excluded if body.id not in (key[0][0], key[1][0])}
+        leaves_rows = True
         if len(kept) < len(self._excluded):
             known = not self._world.is_stale and self._look_up()
             self._excluded = kept
             self._disabled &= kept
             self._by_groups &= kept
-            self._delete_elements(leaves_rows=known and self._write_live())
+            leaves_rows = known and self._write_live()
+        self._delete_elements(leaves_rows=leaves_rows)
 
     def _delete_elements(self, *, leaves_rows: bool) -> None:
         """Delete elements that no longer hold from the spec, before those of their bodies.
