@@ -709,6 +709,22 @@ def test_joints_that_are_reset_are_those_of_the_python_function(given: tuple[Any
     assert repr(outcomes[:half]) == repr(outcomes[half:])
 
 
+def test_boxes_of_links_are_those_of_the_last_step_until_the_next(robot: int) -> None:
+    """Also where contacts were detected meanwhile, at the present positions."""
+    p.stepSimulation()
+    boxes = [python("getAABB", robot, link) for link in range(5)]
+    assert [p.getAABB(robot, link) for link in range(5)] == boxes
+    p.resetJointState(robot, 2, 0.5)
+    p.stepSimulation()
+    boxes = [python("getAABB", robot, link) for link in range(5)]
+    scene = CLIENTS[0].scene
+    scene.world.mark_moved()  # without the frames that scripts see
+    scene.world.link_frames(keeps_last=True)
+    assert scene.world.kept_frames is not None
+    assert [p.getAABB(robot, link) for link in range(5)] == boxes
+    assert [python("getAABB", robot, link) for link in range(5)] == boxes
+
+
 def test_lines_are_those_of_the_python_function() -> None:
     a, b = [0, 0.5, 1], (1.0, 2, 3)
     calls: list[tuple[tuple[Any, ...], dict[str, Any]]] = [

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 Triple = tuple[float, ...]
 _PACK = Struct("3d").pack_into
-_WITH_CORE = kernels.SPHERE, kernels.CAPSULE, kernels.BOX, kernels.CYLINDER
+_HAS_CORE = np.bincount((kernels.SPHERE, kernels.CAPSULE, kernels.BOX, kernels.CYLINDER), minlength=16) > 0
+"""(16,) whether one of MuJoCo's kinds of shapes has a core."""
 _MOST_MASKS = 16
 _LEAST_RAYS = 16
 """Rays for which there is room at least."""
@@ -175,7 +176,7 @@ class MarginShapes:
         world = self._world
         shapes = kept_shapes(world)
         model = world.live_model
-        has_core = np.isin(model.geom_type, _WITH_CORE)
+        has_core = _HAS_CORE[model.geom_type]
         there = has_core & (model.geom_group != VISUAL_GROUP) & (world.geom_owners[:, 0] >= 0)
         self._rows, margins = np.flatnonzero(there).astype(np.int32), self._margins()
         self._sizes = model.geom_type, model.geom_size, model.geom_rbound, margins
