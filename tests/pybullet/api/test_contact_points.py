@@ -168,6 +168,7 @@ def test_shapes_that_are_used_again_follow_bodies_and_poses(client: int) -> None
         linkParentIndices=[0], linkJointTypes=[p.JOINT_PRISMATIC], linkJointAxis=[[1, 0, 0]],
     )  # fmt: skip
     ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+    shape: dict[str, Any] = {}
     for turn in range(12):
         x = 0.01 * turn
         p.resetBasePositionAndOrientation(body, [x, 0, 1], [0, 0, 0, 1])

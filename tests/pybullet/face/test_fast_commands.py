@@ -717,7 +717,8 @@ def test_boxes_of_links_are_those_of_the_last_step_until_the_next(robot: int) ->
     p.resetJointState(robot, 2, 0.5)
     p.stepSimulation()
     boxes = [python("getAABB", robot, link) for link in range(5)]
-    scene = CLIENTS[0].scene
+    client: Any = CLIENTS[0]
+    scene = client.scene
     scene.world.mark_moved()  # without the frames that scripts see
     scene.world.link_frames(keeps_last=True)
     assert scene.world.kept_frames is not None

@@ -166,7 +166,13 @@ class ContactRows:
         without(flags, partial(find_with_welds, self.welds), model, data)
 
     def locate(self, model: Any, data: Any, lengths: np.ndarray | None) -> None:
-        """Look up the arguments of `find_contacts`, where these are others than before; see `find`."""
+        """Look up the arguments of `find_contacts`, where these are others than before.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            lengths: (nv,) of axes; see `Engine.axis_lengths`.
+        """
         if (
             self._addresses is None
             or self._data is not data
