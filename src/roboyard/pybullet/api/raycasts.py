@@ -228,9 +228,8 @@ def _cast(
     count = len(starts)
     if not scene.bodies or not count:
         return (_MISS,) * count
-    room = None
+    room, shapes = None, scene.margin_shapes
     if not scene.world.soft:
-        shapes = scene.margin_shapes
         if wanted < 0:
             room = shapes.enter_first(starts, ends, mask)
         else:
@@ -240,7 +239,8 @@ def _cast(
             _numbered_hit(scene, tuple(start), tuple(end), mask, wanted)
             for start, end in zip(np.asarray(starts).tolist(), np.asarray(ends).tolist(), strict=True)
         )
-    if mask == -1 and (is_machine_code("rayTest") or is_machine_code("rayTestBatch")):
+    is_prepared = is_machine_code("rayTest") or is_machine_code("rayTestBatch")
+    if mask == -1 and is_prepared and shapes.uses > 1:  # for one call between changes it would take longer
         _prepare(scene, is_numbered=wanted >= 0)
     if count == 1:
         return (_hit_of(scene, room.geoms.item(0), room.hits[0].tolist()),)

@@ -70,6 +70,8 @@ class MarginShapes:
         self._records: Any = None
         """The shapes and cores as arguments of the compiled loop, or None."""
         self._numbering: tuple[np.ndarray, np.ndarray] | None = None
+        self.uses = 0
+        """Calls with rays since the shapes were looked up."""
         self._bundles: dict[int, tuple[dict[Any, Any] | None, Any]] = {}
         """By mask: groups of links, None where it shows all, and its shapes with memory for rays."""
 
@@ -123,6 +125,7 @@ class MarginShapes:
         count, world, filters = len(starts), self._world, self._filters
         if world.is_stale or self._revision != world.revision or not world.shows_triangles:
             self._look_up()
+        self.uses += 1
         if self._records is None:
             return None
         if world.is_moved:
@@ -183,7 +186,7 @@ class MarginShapes:
         cores = kernels.Cores(self._rows, margins)
         self._records = None if shapes is None else (shapes, cores)
         self._bundles.clear()
-        self._numbering = None
+        self._numbering, self.uses = None, 0
         self._revision = world.revision
 
 
