@@ -58,6 +58,33 @@ def test_an_sdf_gives_one_body_per_model(sdf: tuple[int, ...]) -> None:
     assert p.getDynamicsInfo(0, -1)[0] == 0.0, "a static model has no mass"
 
 
+def test_an_sdf_that_has_changed_is_read_again(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "arm.sdf"
+    for mass in (3, 4, 25):
+        file.write_text(SDF.replace("<mass>3</mass>", f"<mass>{mass}</mass>"))
+        for scale in (1.0, 2.0, 1.0):
+            _, arm = p.loadSDF(str(file), globalScaling=scale)
+            assert p.getDynamicsInfo(arm, -1)[0] == mass
+            assert np.allclose(p.getBasePositionAndOrientation(arm)[0], [scale, 0, 2.3 * scale])
+            p.changeDynamics(arm, -1, mass=7)
+    assert p.getDynamicsInfo(1, -1)[0] == 7
+
+
+def test_an_sdf_finds_meshes_that_came_later(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "mesh.sdf"
+    file.write_text(
+        '<sdf version="1.6"><model name="a"><link name="b"><collision name="c"><geometry><mesh>'
+        "<uri>m.obj</uri></mesh></geometry></collision></link></model></sdf>"
+    )
+    (first,) = p.loadSDF(str(file))
+    assert b"m.obj" not in p.getCollisionShapeData(first, -1)[0][4]
+    (tmp_path / "m.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    )
+    (second,) = p.loadSDF(str(file))
+    assert b"m.obj" in p.getCollisionShapeData(second, -1)[0][4]
+
+
 def test_poses_of_an_sdf_nest(sdf: tuple[int, ...]) -> None:
     position, turn = p.getBasePositionAndOrientation(1)
     assert np.allclose(position, [1, 0, 2 + 0.1 + 0.2])

@@ -221,7 +221,7 @@ def loadSDF(
     Raises:
         error: the file does not exist or cannot be loaded.
     """
-    from roboyard.pybullet.readers.sdf import load_sdf
+    from roboyard.pybullet.readers.sdf import read_models
 
     path = _existing(client, sdfFileName, _NO_SDF)
     scale = number(globalScaling) if number(globalScaling) > 0 else 1.0
@@ -229,8 +229,9 @@ def loadSDF(
     rigid = whole(useMaximalCoordinates) == 1
     ids = []
     try:
-        for part in load_sdf(path, _search_paths(client)):
-            model = bullet_model(part.description, scale=scale, fixed_base=part.is_static)
+        uses_cache = bool(client.parameters.file_caching)
+        for part in read_models(path, _search_paths(client), uses_cache=uses_cache):
+            model = _model_of(part.description, 0, scale, part.is_static)
             record = client.scene.add(
                 model,
                 part.pose[:3, 3] * scale,
