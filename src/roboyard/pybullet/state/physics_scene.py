@@ -395,6 +395,11 @@ class PhysicsScene:
             self.build_requested()
         return self._constraints
 
+    @property
+    def constraint_numbers(self) -> list[int]:
+        """Ids of all constraints, in the order they were created; those that are only requested come last."""
+        return [*self._constraints, *self.requested]
+
     def build_requested(self) -> None:
         """Build the constraints that were only requested."""
         if not self.requested:
