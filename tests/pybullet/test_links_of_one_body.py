@@ -225,3 +225,30 @@ def test_an_obj_file_within_a_compound_is_listed_first(client: int, tmp_path: Pa
     for _ in range(20):
         p.stepSimulation()
     assert {point[1:3] for point in p.getContactPoints()} == {(body, 0)}
+
+
+@pytest.mark.parametrize(
+    ("flags", "expected"),
+    [
+        (0, []),
+        (p.URDF_USE_SELF_COLLISION, [(-1, 1)]),
+        (p.URDF_USE_SELF_COLLISION | p.URDF_USE_SELF_COLLISION_EXCLUDE_PARENT, [(-1, 1)]),
+        (p.URDF_USE_SELF_COLLISION | p.URDF_USE_SELF_COLLISION_EXCLUDE_ALL_PARENTS, []),
+        (p.URDF_USE_SELF_COLLISION | p.URDF_USE_SELF_COLLISION_INCLUDE_PARENT, [(-1, 0), (-1, 1), (0, 1)]),
+        (p.URDF_USE_SELF_COLLISION_INCLUDE_PARENT, []),
+    ],
+)
+def test_flags_say_which_links_of_a_body_collide(
+    client: int, flags: int, expected: list[tuple[int, int]]
+) -> None:
+    """Recorded from PyBullet: three boxes that overlap, one above the other; without the first flag none."""
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    p.createMultiBody(
+        0, shape, -1, [0, 0, 1], flags=flags,
+        linkMasses=[0.5, 0.2], linkCollisionShapeIndices=[shape] * 2, linkVisualShapeIndices=[-1] * 2,
+        linkPositions=[[0, 0, 0.08]] * 2, linkOrientations=[[0, 0, 0, 1]] * 2,
+        linkInertialFramePositions=[[0, 0, 0]] * 2, linkInertialFrameOrientations=[[0, 0, 0, 1]] * 2,
+        linkParentIndices=[0, 1], linkJointTypes=[p.JOINT_REVOLUTE] * 2, linkJointAxis=[[0, 0, 1]] * 2,
+    )  # fmt: skip
+    p.stepSimulation()
+    assert sorted({point[3:5] for point in p.getContactPoints()}) == expected

@@ -132,3 +132,27 @@ def test_angles_that_are_infinite_give_numbers_that_are_none(client: int) -> Non
     matrix = p.computeProjectionMatrixFOV(INF, 1, 0.1, 9)
     assert math.isnan(matrix[0])
     assert matrix[10:12] == pytest.approx((-1.02247202, -1.0))
+
+
+def test_inverse_kinematics_refuses_joints_of_several_degrees_of_freedom(tmp_path: Path) -> None:
+    """Whose positions are more numbers than the kinematic chain has."""
+    file = tmp_path / "ball.urdf"
+    file.write_text(
+        ARM.replace('type="revolute"', 'type="spherical"').replace(
+            "</robot>",
+            """<link name="c"><inertial><mass value="1"/>
+<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+<joint name="k" type="revolute"><parent link="b"/><child link="c"/><axis xyz="0 1 0"/><limit lower="-1"
+ upper="1" effort="9" velocity="2"/></joint></robot>""",
+        )
+    )
+    client = p.connect(p.DIRECT)
+    try:
+        body = p.loadURDF(str(file), useFixedBase=True, physicsClientId=client)
+        for _ in range(2):
+            with pytest.raises(p.error, match=r"joint 0 \(j\) has several degrees of freedom"):
+                p.calculateInverseKinematics(body, 1, [0.1, 0.0, 0.2], physicsClientId=client)
+        with pytest.raises(p.error, match="several degrees of freedom"):
+            p.calculateInverseKinematics2(body, [1], [[0.1, 0.0, 0.2]], physicsClientId=client)
+    finally:
+        p.disconnect(client)

@@ -84,3 +84,13 @@ def record_hinges(p: Any, folder: Path) -> list[Any]:
 @pytest.mark.parametrize("scenario", [record_bodies, record_hinges])
 def test_nothing_turns_them(agrees: Callable[..., None], scenario: Any) -> None:
     agrees(scenario, 2e-3)
+
+
+def test_a_held_joint_adds_nothing_to_the_mass_matrix(client: int) -> None:
+    """A hinge whose link has no inertia about it: PyBullet's matrix has 0 there."""
+    import roboyard.pybullet as p
+
+    body = _hinge(p, None, [0, 0, 0], 0.0)
+    p.stepSimulation()
+    assert p.calculateMassMatrix(body, [0.3])[0] == pytest.approx([0.0], abs=1e-9)
+    assert p.calculateInverseDynamics(body, [0.3], [0.1], [0.2]) == pytest.approx([0.0], abs=1e-9)

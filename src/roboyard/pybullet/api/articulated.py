@@ -140,6 +140,7 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     mujoco.mj_crb(model, data)
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
+    full -= np.diag(model.dof_armature)  # of joints that are held
     if record.free is None:
         dofs = record.layout.dofs
         matrix = full[dofs[:, None], dofs]

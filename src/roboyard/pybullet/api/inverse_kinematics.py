@@ -13,6 +13,7 @@ from roboyard.pybullet.api.bodies import base_inertial_pose
 from roboyard.pybullet.face.arguments import floats, number, quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import error, failure
+from roboyard.pybullet.state.joint_tables import POSITION_COUNT
 from roboyard.transforms import Array, conjugate, multiply, normalized, rotate
 
 if TYPE_CHECKING:
@@ -170,6 +171,13 @@ def _chain(record: BodyRecord, links: tuple[int, ...]) -> ChainArrays:
     """Return the body as a kinematic chain with these tips; cached."""
     found = record.chains.get(links)
     if found is None:
+        for joint, name, kind, *_ in record.infos:
+            if POSITION_COUNT[kind] > 1:  # PyBullet writes beyond its memory then
+                raise failure(
+                    _FAILED,
+                    f"joint {joint} ({name.decode(errors='replace')}) has several degrees of freedom; "
+                    "inverse kinematics moves revolute and prismatic joints only",
+                )
         from roboyard.kinematics import from_description
 
         names = [record.model.links[link + 1].name for link in links]

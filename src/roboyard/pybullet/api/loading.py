@@ -23,6 +23,7 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY, of_model
 from roboyard.pybullet.state.file_search import find_file, is_as_named, is_file, not_found_remedy
+from roboyard.pybullet.state.pair_filters import self_collisions
 from roboyard.pybullet.state.soft_records import add_soft_body
 from roboyard.sim.build.planned import collision_meshes
 from roboyard.transforms import conjugate, multiply, quaternion_from_matrix, rotate
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 _NO_URDF, _NO_SDF, _NO_MJCF = "Cannot load URDF file.", "Cannot load SDF file.", "Couldn't load .mjcf file."
-_SELF_COLLISION = c.URDF_USE_SELF_COLLISION | c.URDF_USE_SELF_COLLISION_INCLUDE_PARENT
 _soft_reader = lazy_module("roboyard.pybullet.readers.deformable")
 _BEGINNING = 65536
 """Bytes of a URDF file in which soft bodies are looked for."""
@@ -106,8 +106,7 @@ def _load_urdf_command(
             model,
             position,
             orientation,
-            self_collision=bool(given_flags & _SELF_COLLISION),
-            excludes_ancestors=bool(given_flags & c.URDF_USE_SELF_COLLISION_EXCLUDE_ALL_PARENTS),
+            self_collisions=self_collisions(given_flags),
             file=str(path),
             kind=RIGID_BODY if whole(useMaximalCoordinates) == 1 else MULTIBODY,
         )
@@ -270,8 +269,7 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
                 model,
                 part.position - rotate(orientation, frame.position),
                 orientation,
-                self_collision=bool(given & _SELF_COLLISION),
-                excludes_ancestors=bool(given & c.URDF_USE_SELF_COLLISION_EXCLUDE_ALL_PARENTS),
+                self_collisions=self_collisions(given),
                 file=str(path),
                 kind=RIGID_BODY if not whole(useMultiBody) and len(model.links) == 1 else MULTIBODY,
             )

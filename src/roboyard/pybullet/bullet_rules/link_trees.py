@@ -140,8 +140,8 @@ def link_tree(
     place_of = {rows[link]: place for place, link in enumerate(order)}
     numbers = [link for link, kind in enumerate(types, start=1) if kind in _MOVABLE]
     is_whole = len(types) == len(rows) - 1 and len(place_of) == len(rows) and order[0] == 0
-    if not is_whole or not numbers or model.body_parentid[rows[0]] or model.dof_armature.any():
-        return None
+    if not is_whole or not numbers or model.body_parentid[rows[0]]:
+        return None  # what MuJoCo adds for joints that are held, Bullet does not have
     parents, kinds, columns, joints = [], [], [], []
     for link in order:
         row = rows[link]

@@ -26,6 +26,7 @@ from roboyard.description.model import (
     Plane,
     Pose,
     Sphere,
+    Visual,
 )
 from roboyard.pybullet.bullet_rules.mesh_objects import is_obj, split_geometry
 from roboyard.sim.physics_profile import BULLET
@@ -148,7 +149,7 @@ def local_bounds(geometry: Geometry, *, implicit_cylinder: bool, is_rounded: boo
     return np.array([-half, half])
 
 
-def is_between_ends(shape: Collision) -> bool:
+def is_between_ends(shape: Collision | Visual) -> bool:
     """Return whether an MJCF file gives a shape by two points."""
     return any(key == BETWEEN_ENDS for key, _ in shape.attributes)
 

@@ -294,7 +294,12 @@ def _with_geoms(link: Link, geoms: Sequence[Geom]) -> Link:
         link,
         collisions=tuple(g.collision() for g in geoms),
         visuals=tuple(
-            Visual(geometry=g.geometry, origin=g.origin, material=Material(rgba=g.settings.rgba))
+            Visual(
+                geometry=g.geometry,
+                origin=g.origin,
+                material=Material(rgba=g.settings.rgba),
+                attributes=g.attributes,
+            )
             for g in geoms
         ),
         contact=Contact(

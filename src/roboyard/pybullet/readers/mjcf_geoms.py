@@ -14,6 +14,7 @@ from roboyard._records import dataclass
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.model import (
     RGBA,
+    Attributes,
     Box,
     Capsule,
     Collision,
@@ -74,10 +75,14 @@ class Geom:
     is_between_ends: bool
     """Whether the shape is given by two end points."""
 
+    @property
+    def attributes(self) -> Attributes:
+        """The mark of shapes that are given by two end points."""
+        return ((BETWEEN_ENDS, "true"),) if self.is_between_ends else ()
+
     def collision(self) -> Collision:
-        """Return the collision shape, marked if it is given by two end points."""
-        attributes = ((BETWEEN_ENDS, "true"),) if self.is_between_ends else ()
-        return Collision(geometry=self.geometry, origin=self.origin, attributes=attributes)
+        """Return the collision shape."""
+        return Collision(geometry=self.geometry, origin=self.origin, attributes=self.attributes)
 
 
 @dataclass(kw_only=True, slots=True)

@@ -10,6 +10,9 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from roboyard._records import NamedTuple
+from roboyard.pybullet.face import constants as c
+
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.models import BodyModel
     from roboyard.pybullet.state.body_records import BodyRecord
@@ -21,6 +24,29 @@ Place = tuple[int, int]
 STATIC_GROUP, DEFAULT_GROUP = 2, 1
 _MOVING, _STATIC = (DEFAULT_GROUP, -1), (STATIC_GROUP, ~STATIC_GROUP)
 """Group and mask of links to which scripts gave none."""
+
+
+class SelfCollisions(NamedTuple):
+    """Which links of a body collide with each other."""
+
+    are_on: bool = False
+    """Whether any do."""
+    exclude_ancestors: bool = False
+    """Whether none does with its parent, the parent of that, and so on."""
+    include_parents: bool = False
+    """Whether they do with their parents, too."""
+
+
+NO_SELF_COLLISIONS = SelfCollisions()
+
+
+def self_collisions(flags: int) -> SelfCollisions:
+    """Return what the flags of loadURDF say."""
+    return SelfCollisions(
+        are_on=bool(flags & c.URDF_USE_SELF_COLLISION),
+        exclude_ancestors=bool(flags & c.URDF_USE_SELF_COLLISION_EXCLUDE_ALL_PARENTS),
+        include_parents=bool(flags & c.URDF_USE_SELF_COLLISION_INCLUDE_PARENT),
+    )
 
 
 class PairFilters:
@@ -90,19 +116,13 @@ class PairFilters:
         if first is not None:
             self._world.stepping.manifolds.refresh(first.body.id, None if link is None else first.index)
 
-    def add_body(self, record: BodyRecord, *, self_collision: bool, excludes_ancestors: bool = False) -> None:
-        """Apply Bullet's filters to the links of a new body.
-
-        Args:
-            record: the body.
-            self_collision: whether its links may touch one another.
-            excludes_ancestors: whether they never touch the parents of their parents, and so on; their own
-                parents they never touch.
-        """
-        if self_collision:
+    def add_body(self, record: BodyRecord, own: SelfCollisions) -> None:
+        """Apply Bullet's filters to the links of a new body; `own`: which may touch one another."""
+        if own.are_on:
             self._self_colliding.add(record.number)
             self._find_alone()
-            self._exclude_ancestors(record, only_parents=not excludes_ancestors)
+            if own.exclude_ancestors or not own.include_parents:
+                self._exclude_ancestors(record, only_parents=not own.exclude_ancestors)
         self._exclude_static(record)
         if self._splits_bases:
             self._apply_to((record.number, -1))

@@ -29,7 +29,7 @@ from roboyard.pybullet.state.engine_parameters import (
     EngineParameters,
 )
 from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
-from roboyard.pybullet.state.pair_filters import PairFilters
+from roboyard.pybullet.state.pair_filters import NO_SELF_COLLISIONS, PairFilters, SelfCollisions
 from roboyard.pybullet.state.textures import Textures
 from roboyard.sim.link import Link
 from roboyard.sim.mujoco_library import stop_timers
@@ -145,8 +145,7 @@ class PhysicsScene:
         position: Any,
         orientation: Any,
         *,
-        self_collision: bool = False,
-        excludes_ancestors: bool = False,
+        self_collisions: SelfCollisions = NO_SELF_COLLISIONS,
         file: str = "",
         kind: int = MULTIBODY,
     ) -> BodyRecord:
@@ -156,8 +155,7 @@ class PhysicsScene:
             model: masses, links and joints as Bullet has them.
             position: position of the base link frame (m).
             orientation: orientation of the base link frame (x, y, z, w).
-            self_collision: whether links of the body collide with each other.
-            excludes_ancestors: whether they do not with any of their ancestors.
+            self_collisions: which links of the body collide with each other.
             file: file that it was loaded from.
             kind: MULTIBODY or RIGID_BODY.
         """
@@ -169,7 +167,7 @@ class PhysicsScene:
             position,
             orientation,
             fixed_base=model.fixed_base,
-            self_collision=self_collision,
+            self_collision=self_collisions.are_on,
             drives=False,
             keep_link_order=True,
         )
@@ -189,7 +187,7 @@ class PhysicsScene:
         self.set_damping(record, record.linear_damping, record.angular_damping)
         self.hold_massless_joints(record)
         self._without_motors.append(record)
-        self.filters.add_body(record, self_collision=self_collision, excludes_ancestors=excludes_ancestors)
+        self.filters.add_body(record, self_collisions)
         self.textures.add_body(record)
         return record
 

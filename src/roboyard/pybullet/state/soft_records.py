@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from roboyard.description.model import Mesh, Pose, Visual
 from roboyard.pybullet.bullet_rules.models import BodyModel, LinkModel
 from roboyard.pybullet.bullet_rules.shape_bounds import link_bounds
+from roboyard.pybullet.state.pair_filters import NO_SELF_COLLISIONS
 from roboyard.sim.soft.materials import Springs
 
 if TYPE_CHECKING:
@@ -81,6 +82,6 @@ def add_soft_body(
     record = scene.enter(model, made.body, file=file)
     record.soft = made
     record.links[0].friction = soft.friction
-    scene.filters.add_body(record, self_collision=False)
+    scene.filters.add_body(record, NO_SELF_COLLISIONS)
     scene.textures.add_body(record)
     return record

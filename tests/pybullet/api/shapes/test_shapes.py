@@ -292,3 +292,18 @@ def test_mesh_files_are_named_as_the_urdf_was(
         body = p.loadURDF(f"{place}/r.urdf")
         assert p.getVisualShapeData(body)[0][4] == name.encode()
         assert p.getCollisionShapeData(body, -1)[0][4] == name.encode()
+
+
+def test_capsules_between_two_points_are_reported_without_a_frame(client: int, tmp_path: Path) -> None:
+    """Recorded from PyBullet: of an MJCF file's capsules it has the lengths, as of those with a place."""
+    file = tmp_path / "capsules.xml"
+    file.write_text(
+        """<mujoco><worldbody><body name="a" pos="0 0 1"><freejoint/>
+<geom type="capsule" size="0.05" fromto="0.1 0 0 0.1 0 -0.4"/>
+<geom type="capsule" size="0.05 0.2" pos="0 0.3 0"/></body></worldbody></mujoco>"""
+    )
+    (body,) = p.loadMJCF(str(file))
+    between, placed = p.getVisualShapeData(body)
+    assert between[3] == pytest.approx((0.4, 0.05, 0.0))
+    assert between[5:7] == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    assert placed[5] == pytest.approx((0.0, 0.3, 0.0))

@@ -46,6 +46,7 @@ from roboyard.pybullet.face.arguments import (
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
+from roboyard.pybullet.state.pair_filters import self_collisions
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -160,7 +161,7 @@ def createMultiBody(
                 model if len(places) == 1 else replace(model),
                 vector3(position, _FAILED),
                 place[1],
-                self_collision=bool(whole(flags) & 8),
+                self_collisions=self_collisions(whole(flags)),
                 kind=RIGID_BODY if rigid else MULTIBODY,
             )
         except (RoboyardError, ValueError) as problem:

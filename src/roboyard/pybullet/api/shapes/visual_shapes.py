@@ -26,6 +26,7 @@ from roboyard.description.model import (
     Visual,
 )
 from roboyard.pybullet.api.shapes.collision_shapes import QUARTER_TURN, at, plain_geometry
+from roboyard.pybullet.bullet_rules.shape_bounds import is_between_ends
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import (
@@ -165,12 +166,19 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
             file = _as_found(record, shape.geometry, file)
             row = (
                 *(record.number, index - 1, kind, size, file),
-                *(tuple(shape.origin.position), own_orientation(shape), record.colors.get(index) or color),
+                *(*_reported_frame(shape), record.colors.get(index) or color),
             )
             if with_textures:
                 row = (*row, scene.textures.of_shape(record, index, place, scene.world))
             rows.append(row)
     return tuple(rows)
+
+
+def _reported_frame(shape: Collision | Visual) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return position (m) and orientation of a visual shape; Bullet has none for capsules between points."""
+    if is_between_ends(shape):
+        return _NOWHERE, _IDENTITY
+    return tuple(shape.origin.position), own_orientation(shape)
 
 
 @command()

@@ -142,9 +142,7 @@ def add_product(table, at, across, n, d, width):
 
 def push(lines, table, n, low, high, width):
     """Set a row's impulse between low and high; return the square of the change of its velocity."""
-    impulse = lines[IMPULSE * width + n]
-    delta = min(max(lines[WISH * width + n], low - impulse), high - impulse)
-    lines[IMPULSE * width + n] = impulse + delta
+    delta = between(lines, n, width, lines[WISH * width + n], low, high)
     for k in range(0, width, BLOCK):
         take_block(lines, WISH * width + k, table, n * width + k, delta)
     delta *= lines[OWN * width + n]
@@ -198,9 +196,25 @@ def push_four(lines, table, n, step, at, stride, width, x, y, z, w):
 
 def within(lines, n, width, delta):
     """Set a row's impulse, of which it wishes for a change, within its bounds; return the change."""
-    impulse = lines[IMPULSE * width + n]
-    delta = min(max(delta, lines[LOW * width + n] - impulse), lines[HIGH * width + n] - impulse)
-    lines[IMPULSE * width + n] = impulse + delta
+    return between(lines, n, width, delta, lines[LOW * width + n], lines[HIGH * width + n])
+
+
+def between(lines, n, width, delta, low, high):
+    """Set a row's impulse, of which it wishes for a change, between low and high; return the change.
+
+    Rows are within their bounds, or at them, in almost all rounds: the processor goes on with what it expects
+    and need not wait for least and greatest numbers. Without the stores at CUT LLVM takes these.
+    """
+    at = IMPULSE * width + n
+    impulse = lines[at]
+    new = impulse + delta
+    if new < low:
+        lines[at] = lines[CUT * width + n] = low
+        return low - impulse
+    if new > high:
+        lines[at] = lines[CUT * width + n] = high
+        return high - impulse
+    lines[at] = new
     return delta
 
 

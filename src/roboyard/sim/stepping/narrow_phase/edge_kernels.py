@@ -275,20 +275,25 @@ def corner_in_face(frame, i, kind, hulls, spans, geom, box, hull, wide, work):
     dx = nx * work[hull + 3] + ny * work[hull + 6] + nz * work[hull + 9]
     dy = nx * work[hull + 4] + ny * work[hull + 7] + nz * work[hull + 10]
     dz = nx * work[hull + 5] + ny * work[hull + 8] + nz * work[hull + 11]
+    first, number = spans[geom, 0], spans[geom, 1]
     if kind == MESH:
         least = following = 1e300
-        for k in range(spans[geom, 0], spans[geom, 0] + spans[geom, 1]):
+        corner = first
+        for k in range(first, first + number):
             height = dx * hulls[k, 0] + dy * hulls[k, 1] + dz * hulls[k, 2]
             if height < following:
-                following = max(least, height)
-                least = min(least, height)
+                if height < least:
+                    following, least, corner = least, height, k
+                else:
+                    following = height
         if following - least < LEVEL:
             return -1.0, False
+        first, number = corner, 1
     elif (kind in (CYLINDER, CAPSULE) and abs(dz) < LEVEL) or (
         kind == CYLINDER and dx * dx + dy * dy < LEVEL * LEVEL
     ):
         return -1.0, False  # an edge or a face of it is along the face
-    x, y, z = farthest(kind, hulls, spans[geom, 0], spans[geom, 1], work, hull, -nx, -ny, -nz)
+    x, y, z = farthest(kind, hulls, first, number, work, hull, -nx, -ny, -nz)
     x, y, z = x - work[box], y - work[box + 1], z - work[box + 2]
     apart = nx * x + ny * y + nz * z - work[box + 12 + axis]
     if apart > 0.0 and wide == 0.0:
