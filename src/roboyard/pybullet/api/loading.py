@@ -17,7 +17,6 @@ from roboyard.pybullet.api.user_data import attach_from_file
 from roboyard.pybullet.bullet_rules.materials import shared_materials
 from roboyard.pybullet.bullet_rules.models import BodyModel, bullet_model
 from roboyard.pybullet.bullet_rules.unreadable_meshes import without_unreadable_meshes
-from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
