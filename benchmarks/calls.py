@@ -51,11 +51,11 @@ def main() -> None:
             done = subprocess.run(command, capture_output=True, text=True, check=True)
             for name, figure in json.loads(done.stdout.splitlines()[-1]).items():
                 rows.setdefault(name, {}).setdefault(side, []).append(figure)
-    print(f"{'call':<48}{'Roboyard':>10}{'PyBullet':>10}{'ratio':>8}")
+    print(f"{'call':<58}{'Roboyard':>10}{'PyBullet':>10}{'ratio':>8}")
     for name, figures in rows.items():
         ours = statistics.median(figures["roboyard.pybullet"])
         theirs = statistics.median(figures["pybullet"]) if "pybullet" in figures else float("nan")
-        print(f"{name:<48}{ours:>10.3f}{theirs:>10.3f}{ours / theirs:>8.2f}")
+        print(f"{name:<58}{ours:>10.3f}{theirs:>10.3f}{ours / theirs:>8.2f}")
 
 
 def measure(side: str, only: str) -> dict[str, float]:
@@ -72,7 +72,7 @@ def measure(side: str, only: str) -> dict[str, float]:
     arm = p.loadURDF("kuka_iiwa/model.urdf", [2, 0, 0], useFixedBase=True)
     cube = p.loadURDF("cube_small.urdf", [1, 0, 1])
     p.stepSimulation()
-    for table in (transforms, getters, queries, commands, alternated, pairs, loops):
+    for table in (transforms, getters, queries, commands, alternated, pairs, loops, planning):
         for name, call in table(p, robot, arm, cube).items():
             if re.search(only, name):
                 found[name] = cost(call)
@@ -165,6 +165,7 @@ def queries(p: Any, robot: int, arm: int, cube: int) -> Calls:
     """Return name to call of what computes from the state."""
     seven, tenths = [0.0] * 7, [0.1] * 7
     starts, ends = [[0.02 * i, 0, 2] for i in range(64)], [[0.04 * i, 0, -1] for i in range(64)]
+    ball, at = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), [1, 0, 1.2]
     state = p.saveState()
     count = sum(p.getJointInfo(robot, i)[2] != p.JOINT_FIXED for i in range(p.getNumJoints(robot)))
     floating = [0.1] * count
@@ -178,12 +179,28 @@ def queries(p: Any, robot: int, arm: int, cube: int) -> Calls:
         "getContactPoints, two bodies": lambda: p.getContactPoints(arm, cube),
         "getClosestPoints": lambda: p.getClosestPoints(arm, cube, 2.0),
         "getClosestPoints, far apart": lambda: p.getClosestPoints(arm, robot, 0.1),
+        "getClosestPoints, shape at a pose": lambda: p.getClosestPoints(
+            cube, -1, 0.5, collisionShapeB=ball, collisionShapePositionB=at
+        ),
+        "getClosestPoints, two shapes at poses": lambda: p.getClosestPoints(
+            -1,
+            -1,
+            0.5,
+            collisionShapeA=ball,
+            collisionShapePositionA=[1, 0, 1],
+            collisionShapeB=ball,
+            collisionShapePositionB=at,
+        ),
         "getAABB": lambda: p.getAABB(cube),
         "getAABB, link": lambda: p.getAABB(arm, 3),
         "getOverlappingObjects": lambda: p.getOverlappingObjects([0, -1, 0], [3, 1, 2]),
         "rayTest": lambda: p.rayTest([0, 0, 5], [0, 0, -5]),
         "rayTest, mask": lambda: p.rayTest([0, 0, 5], [0, 0, -5], 1),
         "rayTestBatch, 64": lambda: p.rayTestBatch(starts, ends),
+        "rayTestBatch, 64, with a body": lambda: p.rayTestBatch(starts, ends, parentObjectUniqueId=robot),
+        "rayTestBatch, 1, with a link": lambda: p.rayTestBatch(
+            [[0, 0, 0.1]], [[0, 0, 1]], parentObjectUniqueId=arm, parentLinkIndex=6
+        ),
         "calculateInverseKinematics": lambda: p.calculateInverseKinematics(arm, 6, [1.6, 0.2, 0.6]),
         "calculateInverseKinematics2": lambda: p.calculateInverseKinematics2(arm, [6], [[1.6, 0.2, 0.6]]),
         "calculateInverseDynamics": lambda: p.calculateInverseDynamics(arm, seven, tenths, tenths),
@@ -292,6 +309,11 @@ def alternated(p: Any, robot: int, arm: int, cube: int) -> Calls:
 
         return call
 
+    def detect() -> None:
+        p.resetBasePositionAndOrientation(robot, [0, 0, 0.47 + 0.01 * next(turns)], [0, 0, 0, 1])
+        p.performCollisionDetection()
+        p.getContactPoints(robot)
+
     def filter_and_step() -> None:
         on = next(turns)
         p.setCollisionFilterGroupMask(cube, -1, on, on)
@@ -302,8 +324,12 @@ def alternated(p: Any, robot: int, arm: int, cube: int) -> Calls:
             cube, -1, lateralFriction=0.4 + 0.1 * next(turns)
         ),
         "changeDynamics, mass alternated": lambda: p.changeDynamics(cube, -1, mass=0.1 + 0.1 * next(turns)),
+        "changeDynamics, mass 0 or more, step": step_and(
+            lambda: p.changeDynamics(cube, -1, mass=0.1 * next(turns))
+        ),
         "changeConstraint, moved": lambda: p.changeConstraint(held, [1, 0, 1 + 0.1 * next(turns)]),
         "resetJointState, getLinkState": reset_and_read,
+        "resetBase..., performCollisionDetection, getContactPoints": detect,
         "setCollisionFilterGroupMask, mask alternated": lambda: p.setCollisionFilterGroupMask(
             cube, -1, 1, next(turns)
         ),
@@ -335,6 +361,42 @@ def loops(p: Any, robot: int, arm: int, cube: int) -> Calls:
         p.stepSimulation()
         p.removeBody(made)
         p.stepSimulation()
+
+    def linked() -> None:
+        made = p.createMultiBody(
+            1, box, -1, [3, 3, 1], linkMasses=[1, 1], linkCollisionShapeIndices=[box, box],
+            linkVisualShapeIndices=[-1, -1], linkPositions=[[0, 0, 0.3]] * 2,
+            linkOrientations=[[0, 0, 0, 1]] * 2, linkInertialFramePositions=[zero] * 2,
+            linkInertialFrameOrientations=[[0, 0, 0, 1]] * 2, linkParentIndices=[0, 1],
+            linkJointTypes=[p.JOINT_REVOLUTE] * 2, linkJointAxis=[[0, 0, 1]] * 2,
+        )  # fmt: skip
+        p.stepSimulation()
+        p.removeBody(made)
+        p.stepSimulation()
+
+    def filtered() -> None:
+        made = p.createMultiBody(1, box, -1, [3, 3, 1])
+        p.setCollisionFilterPair(made, robot, -1, -1, 0)
+        p.stepSimulation()
+        p.removeBody(made)
+        p.stepSimulation()
+
+    def seen() -> None:
+        made = p.createMultiBody(1, box, -1, [3, 3, 1])
+        p.rayTest([0, 0, 5], [0, 0, -5])
+        p.removeBody(made)
+
+    def ten() -> None:
+        made = [p.createMultiBody(1, box, -1, [3 + k, 3, 1]) for k in range(10)]
+        p.stepSimulation()
+        for body in made:
+            p.removeBody(body)
+        p.stepSimulation()
+
+    def all_pairs() -> None:
+        for k in range(3):
+            for other in range(7):
+                p.setCollisionFilterPair(robot, arm, k, other, 0)
 
     def constraint() -> None:
         made = p.createConstraint(cube, -1, -1, -1, p.JOINT_POINT2POINT, zero, zero, [1, 0, 1])
@@ -371,14 +433,61 @@ def loops(p: Any, robot: int, arm: int, cube: int) -> Calls:
         p.loadURDF("cartpole.urdf")
         p.stepSimulation()
 
+    def ants() -> None:
+        p.resetSimulation()
+        p.loadMJCF("mjcf/ant.xml")
+        p.stepSimulation()
+
     return {
         "createConstraint, step, removed, step": constraint,
         "createConstraint to an arm, step, removed, step": grasp,
         "createConstraint of a gear, step, removed, step": gear,
         "createMultiBody, step, removed, step": body,
+        "createMultiBody with links, step, removed, step": linked,
+        "createMultiBody, filter, step, removed, step": filtered,
+        "createMultiBody, rayTest, removed": seen,
+        "10 of createMultiBody, step, removed, step": ten,
         "setCollisionFilterPair, off and on, steps": apart,
+        "setCollisionFilterPair, 21 pairs": all_pairs,
         "resetSimulation, 5 cubes, step": cubes,
         "resetSimulation, cartpole, step": robots,
+        "resetSimulation, ant of MJCF, step": ants,
+    }
+
+
+def planning(p: Any, *bodies: int) -> Calls:
+    """Return name to call of what planners repeat, in a world that makes no step."""
+    p.resetSimulation()
+    p.loadURDF("plane.urdf")
+    arm = p.loadURDF("kuka_iiwa/model.urdf", [2, 0, 0], useFixedBase=True)
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    boxes = [p.createMultiBody(1, box, -1, [0.19 * k, 0, 0.1]) for k in range(5)]
+    turns = itertools.cycle((0.1, 0.2, 0.3))
+
+    def pose() -> None:
+        angle = next(turns)
+        for joint in range(7):
+            p.resetJointState(arm, joint, angle)
+
+    def arm_detected() -> None:
+        pose()
+        p.performCollisionDetection()
+        p.getContactPoints(arm)
+
+    def box_detected() -> None:
+        p.resetBasePositionAndOrientation(boxes[0], [0.1 * next(turns), 0, 0.1], [0, 0, 0, 1])
+        p.performCollisionDetection()
+        p.getContactPoints(boxes[0])
+
+    def arm_close() -> None:
+        pose()
+        for other in boxes:
+            p.getClosestPoints(arm, other, 0.0)
+
+    return {
+        "no step: arm posed, contacts": arm_detected,
+        "no step: box moved, contacts": box_detected,
+        "no step: arm posed, closest points of 5 boxes": arm_close,
     }
 
 
@@ -386,6 +495,16 @@ def pairs(p: Any, robot: int, arm: int, cube: int) -> Calls:
     """Return name to call of what creates something and removes it."""
     box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
     zero = [0, 0, 0]
+
+    def held() -> int:
+        made = p.createConstraint(cube, -1, -1, -1, p.JOINT_POINT2POINT, zero, zero, zero)
+        p.changeConstraint(made, maxForce=50)
+        return made
+
+    def geared() -> int:
+        made = p.createConstraint(robot, 2, robot, 3, p.JOINT_GEAR, [0, 1, 0], zero, zero)
+        p.changeConstraint(made, gearRatio=-1, maxForce=100)
+        return made
 
     def pair(create: Callable[[], int], remove: Callable[[int], Any]) -> Callable[[], Any]:
         return lambda: remove(create())
@@ -399,8 +518,13 @@ def pairs(p: Any, robot: int, arm: int, cube: int) -> Calls:
             lambda: p.createConstraint(cube, -1, -1, -1, p.JOINT_POINT2POINT, zero, zero, zero),
             p.removeConstraint,
         ),
+        "createConstraint, changed, removed": pair(held, p.removeConstraint),
+        "createConstraint of a gear, changed, removed": pair(geared, p.removeConstraint),
         "addUserDebugLine, removed": pair(lambda: p.addUserDebugLine(zero, [0, 0, 1]), p.removeUserDebugItem),
         "addUserDebugText, removed": pair(lambda: p.addUserDebugText("text", zero), p.removeUserDebugItem),
+        "addUserDebugParameter, removed": pair(
+            lambda: p.addUserDebugParameter("name", 0, 1, 0.5), p.removeUserDebugItem
+        ),
         "addUserDebugPoints, removed": pair(
             lambda: p.addUserDebugPoints([zero] * 9, [[1, 0, 0]] * 9), p.removeUserDebugItem
         ),

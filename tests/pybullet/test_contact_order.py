@@ -63,6 +63,21 @@ def test_bodies_that_get_a_filter_lose_their_points_as_in_pybullet(
     np.testing.assert_allclose(speeds, wanted, atol=2e-5)
 
 
+def test_the_last_of_very_many_filters_decide_the_order_of_contacts(client: int) -> None:
+    """Programs set the filters of all pairs of links in loops; the order is PyBullet's, as recorded."""
+    p.setGravity(0, 0, -10)
+    plane = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    boxes = [p.createMultiBody(1, shape, -1, [0.5 * k, 0, 0.1]) for k in range(4)]
+    for _ in range(3):
+        p.stepSimulation()
+    for count, order in ((40, [1, 4, 2, 3]), (600, [1, 4, 2, 3]), (1501, [3, 4, 1, 2]), (2502, [4, 3, 2, 1])):
+        for k in range(count):
+            p.setCollisionFilterPair(plane, boxes[(k * k // 7 + 3 * k + count) % 4], -1, -1, 1)
+        p.stepSimulation()
+        assert list(dict.fromkeys(row[1] for row in p.getContactPoints())) == order
+
+
 def test_a_cube_on_a_plane_has_its_corners_one_by_one(client: int) -> None:
     p.setGravity(0, 0, -10)
     p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))

@@ -212,3 +212,51 @@ def test_poses_of_new_bodies_are_set_quickly_once_they_are_many(
         position, orientation = p.getBasePositionAndOrientation(body)
         assert position == pytest.approx((i, 0.001 * (placed - 1), 2), abs=1e-12)
         assert orientation == pytest.approx((0, 0, 0, 1), abs=1e-12)
+
+
+def test_filters_between_new_bodies_and_another_need_few_compiles(
+    client: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every other box falls through the plane; the rest of the boxes stay on it."""
+    p.setGravity(0, 0, -10)
+    plane = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    counts = _compiles(monkeypatch)
+    for turn in range(40):
+        box = p.createMultiBody(1, shape, -1, [0, 0, 0.1])
+        falls = turn % 2 == 0
+        if falls:
+            p.setCollisionFilterPair(plane, box, -1, -1, 0)
+        for _ in range(12):
+            p.stepSimulation()
+        speed = p.getBaseVelocity(box)[0][2]
+        assert speed == pytest.approx(-12 * 10 / 240 if falls else 0.0, abs=0.02)
+        p.removeBody(box)
+        p.stepSimulation()
+    assert len(counts) < 16
+
+
+def test_bodies_without_mass_for_a_while_need_no_compile(
+    client: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Mass 0 keeps the velocity, in a closed form; the next body in the same rows falls again."""
+    p.setGravity(0, 0, -10)
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    other = p.createMultiBody(1, shape, -1, [5, 0, 0])
+    p.stepSimulation()
+    counts = _compiles(monkeypatch)
+    for _ in range(16):
+        box = p.createMultiBody(1, shape, -1, [0, 0, 9])
+        p.changeDynamics(box, -1, linearDamping=0)
+        speed, is_free = 0.0, True
+        for step in range(60):
+            if step % 20 == 10:
+                is_free = not is_free
+                p.changeDynamics(box, -1, mass=1.5 if is_free else 0)
+            p.stepSimulation()
+            speed -= 10 / 240 if is_free else 0.0
+            assert p.getBaseVelocity(box)[0][2] == pytest.approx(speed, abs=1e-9)
+        p.removeBody(box)
+        p.stepSimulation()
+    assert p.getBaseVelocity(other)[0][2] < -10, "it has fallen all the time"
+    assert len(counts) < 8

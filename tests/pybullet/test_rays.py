@@ -42,6 +42,41 @@ def test_rays_move_with_the_inertial_frame_of_their_parent(client: int, tmp_path
     assert hit[3] == pytest.approx([1.9, 0, 1.5], abs=1e-9)
 
 
+def test_rays_move_with_a_link_however_often_they_are_cast(client: int) -> None:
+    """Rays along a turned link, in a closed form, at positions that change from call to call."""
+    box, ball = (
+        p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1]),
+        p.createCollisionShape(p.GEOM_SPHERE, radius=0.5),
+    )
+    body = p.createMultiBody(
+        1, box, -1, [0, 0, 5], linkMasses=[1], linkCollisionShapeIndices=[-1], linkVisualShapeIndices=[-1],
+        linkPositions=[[0, 0, 1]], linkOrientations=[[0, 0, 0, 1]], linkInertialFramePositions=[[0, 0, 0.5]],
+        linkInertialFrameOrientations=[[0, 0, 1, 1]], linkParentIndices=[0],
+        linkJointTypes=[p.JOINT_REVOLUTE], linkJointAxis=[[0, 0, 1]],
+    )  # fmt: skip
+    target = p.createMultiBody(0, ball, -1, [0, 0, 0])
+    for turn in range(130):
+        angle, height = 0.02 * turn, 0.001 * turn
+        p.resetJointState(body, 0, angle)
+        p.resetBasePositionAndOrientation(body, [0, 0, height], [0, 0, 0, 1])
+        # the link's inertial frame has its x axis along y of the link
+        x, y = -3 * math.sin(angle), 3 * math.cos(angle)
+        p.resetBasePositionAndOrientation(target, [x, y, height + 1.5], [0, 0, 0, 1])
+        hits = p.rayTestBatch(
+            [[0, 0, 0], [0, 0, 0]], [[5, 0, 0], [-5, 0, 0]], parentObjectUniqueId=body, parentLinkIndex=0
+        )
+        assert [hit[0] for hit in hits] == [target, -1]
+        np.testing.assert_allclose(hits[0][3], [x * 2.5 / 3, y * 2.5 / 3, height + 1.5], atol=1e-9)
+        (hit,) = p.rayTestBatch([[3, 0, 0]], [[0, 0, 0]], parentObjectUniqueId=body)
+        assert (hit[0], hit[2]) == (body, pytest.approx(2.9 / 3, abs=1e-9))
+        (hit,) = p.rayTestBatch([[x, y, 9]], [[x, y, 0]], parentObjectUniqueId=body, parentLinkIndex=7)
+        assert hit[0] == target, "with a link that is not there, rays stay where they are"
+        (hit,) = p.rayTestBatch([[3, 0, 0]], [[0, 0, 0]], 1, body, -1, 0, -1)
+        assert hit[0] == body
+        (hit,) = p.rayTestBatch([[x, y, 9]], [[x, y, 0]], parentObjectUniqueId=99)
+        assert hit[0] == target
+
+
 def test_hulls_are_met_at_their_margin(client: int, tmp_path: Path) -> None:
     file = tmp_path / "offset.urdf"
     file.write_text(OFFSET)

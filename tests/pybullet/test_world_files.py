@@ -58,6 +58,33 @@ def test_an_sdf_gives_one_body_per_model(sdf: tuple[int, ...]) -> None:
     assert p.getDynamicsInfo(0, -1)[0] == 0.0, "a static model has no mass"
 
 
+def test_an_sdf_that_has_changed_is_read_again(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "arm.sdf"
+    for mass in (3, 4, 25):
+        file.write_text(SDF.replace("<mass>3</mass>", f"<mass>{mass}</mass>"))
+        for scale in (1.0, 2.0, 1.0):
+            _, arm = p.loadSDF(str(file), globalScaling=scale)
+            assert p.getDynamicsInfo(arm, -1)[0] == mass
+            assert np.allclose(p.getBasePositionAndOrientation(arm)[0], [scale, 0, 2.3 * scale])
+            p.changeDynamics(arm, -1, mass=7)
+    assert p.getDynamicsInfo(1, -1)[0] == 7
+
+
+def test_an_sdf_finds_meshes_that_came_later(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "mesh.sdf"
+    file.write_text(
+        '<sdf version="1.6"><model name="a"><link name="b"><collision name="c"><geometry><mesh>'
+        "<uri>m.obj</uri></mesh></geometry></collision></link></model></sdf>"
+    )
+    (first,) = p.loadSDF(str(file))
+    assert b"m.obj" not in p.getCollisionShapeData(first, -1)[0][4]
+    (tmp_path / "m.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    )
+    (second,) = p.loadSDF(str(file))
+    assert b"m.obj" in p.getCollisionShapeData(second, -1)[0][4]
+
+
 def test_poses_of_an_sdf_nest(sdf: tuple[int, ...]) -> None:
     position, turn = p.getBasePositionAndOrientation(1)
     assert np.allclose(position, [1, 0, 2 + 0.1 + 0.2])
@@ -96,6 +123,55 @@ def test_an_mjcf_makes_a_link_of_every_joint(mjcf: tuple[int, ...]) -> None:
     assert infos[2][1].endswith(b"_3"), "the number of the link it hangs from"
     assert infos[0][8:10] == pytest.approx((-pi / 2, pi / 4))
     assert infos[1][8:10] == (1.0, 0.0), "without a range"
+
+
+def test_an_mjcf_that_is_loaded_again_goes_on_counting(client: int, tmp_path: Path) -> None:
+    """Bullet counts joints and bodies without a name as long as the process runs: here two in each load."""
+    file = tmp_path / "toy.xml"
+    file.write_text(MJCF)
+    numbers, data = [], []
+    for turn in range(4):
+        if turn == 2:
+            p.resetSimulation()
+        if turn == 3:
+            p.setPhysicsEngineParameter(enableFileCaching=0)
+        _, body, _ = p.loadMJCF(str(file))
+        infos = [p.getJointInfo(body, j) for j in range(p.getNumJoints(body))]
+        assert [info[0] for info in infos] == [0, 1, 2, 3]
+        assert infos[0][1] == b"first"
+        numbers.append([int(info[1].decode().split("_")[1]) for info in infos[2:]])
+        data.append(
+            (p.getDynamicsInfo(body, 2)[:4], p.getLinkState(body, 3)[:2], [info[2:] for info in infos])
+        )
+    start = numbers[0][1]
+    assert numbers == [[start + 3 * turn + 1, start + 3 * turn] for turn in range(4)], "as PyBullet 3.2.7"
+    assert data[0] == data[1] == data[2] == data[3]
+
+
+def test_an_mjcf_that_has_changed_is_read_again(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "toy.xml"
+    for width, mesh in ((0.1, ""), (0.25, ""), (0.3, '<asset><mesh name="m" file="m.obj"/></asset>')):
+        file.write_text(
+            MJCF.replace("<default>", mesh + "<default>").replace("0.1 0.2 0.3", f"{width} 0.2 0.3")
+        )
+        for _ in range(2):
+            _, body, _ = p.loadMJCF(str(file))
+            assert p.getDynamicsInfo(body, 3)[0] == pytest.approx(1000 * 8 * width * 0.2 * 0.3)
+
+
+def test_an_mjcf_finds_meshes_that_came_later(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "toy.xml"
+    file.write_text(
+        '<mujoco><asset><mesh name="m" file="m.obj"/></asset><worldbody><body name="a" pos="0 0 1">'
+        '<joint type="free"/><geom type="mesh" mesh="m"/></body></worldbody></mujoco>'
+    )
+    (first,) = p.loadMJCF(str(file))
+    assert p.getCollisionShapeData(first, -1) == ()
+    (tmp_path / "m.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    )
+    (second,) = p.loadMJCF(str(file))
+    assert len(p.getCollisionShapeData(second, -1)) == 1
 
 
 def test_masses_of_an_mjcf_follow_from_volumes(mjcf: tuple[int, ...]) -> None:

@@ -90,6 +90,27 @@ def test_alternating_layouts_share_pooled_bodies_in_the_order_of_ids():
         np.testing.assert_allclose(mine.pose[0], theirs.pose[0], atol=1e-10)
 
 
+def test_episodes_that_remove_what_they_added_compile_rarely():
+    world = World()
+    world.add_plane()
+    models, bodies = [], []
+    for _ in range(20):
+        for body in bodies:
+            world.remove(body)
+        world.step()
+        models.append(world.live_model)
+        bodies = [
+            world.add_box([0.2] * 3, (0.5 * (k % 7), 0.5 * (k // 7), 0.2 + 0.01 * k)) for k in range(30)
+        ]
+        for _ in range(5):
+            world.step()
+            models.append(world.live_model)
+        heights = [body.pose[0][2] for body in bodies]
+        fallen = 9.81 * world.timestep**2 * 15  # after five steps of a semi-implicit integrator
+        np.testing.assert_allclose(heights, [0.2 + 0.01 * k - fallen for k in range(30)], atol=1e-9)
+    assert len({id(model) for model in models}) < 8
+
+
 def test_adding_and_removing_compiles_rarely():
     world = World()
     world.add_plane()

@@ -24,6 +24,9 @@ from roboyard.sim.link import Link
 from roboyard.sim.pool.lone_bodies import LoneBody
 from roboyard.transforms import Array, from_wxyz, normalized, rotate, to_wxyz
 
+_NO_ADDRESSES, _NO_SCALAR = np.zeros(0, np.int32), np.zeros(0, bool)
+"""Of a body without joints."""
+
 
 class Body:
     """A tree of links. Joint vectors are in `joint_names` order: depth first, children in file order."""
@@ -56,27 +59,37 @@ class Body:
         self.links: tuple[Link, ...] = tuple(
             Link(self, i, record.name) for i, record in enumerate(form.links)
         )
-        self.joints: tuple[Joint, ...] = tuple(
-            Joint(self, i, record, _joint_type(record), record.joint.limit if record.joint else None)
-            for i, record in enumerate(form.links[1:])
-        )
+        self.joints: tuple[Joint, ...] = ()
         self.mujoco_ids = np.zeros(len(self.links), dtype=np.int32)
         """Row of each link in MuJoCo's body arrays; valid while the world is compiled."""
-        self.qpos_addresses = np.full(len(self.joints), -1, dtype=np.int32)
-        self.dof_addresses = np.full(len(self.joints), -1, dtype=np.int32)
+        self.qpos_addresses = self.dof_addresses = _NO_ADDRESSES
         self.free_qpos = -1
         """Start of the free joint in qpos; -1 for a fixed base."""
         self.free_dof = -1
         self.first_dof = -1
         """First dof of the joints (after the base's own); -1 without joints."""
-        self.joint_dofs = sum(VELOCITY_SIZE[joint.type] for joint in self.joints)
+        self.joint_dofs = 0
         """Number of degrees of freedom of all joints."""
-        self.dof_offsets: tuple[int, ...] = _dof_offsets(self.joints, form)
+        self.dof_offsets: tuple[int, ...] = ()
         """Index of each joint's first degree of freedom among those of all joints."""
-        self._scalar = np.array([joint.is_scalar for joint in self.joints], dtype=bool)
+        self._scalar = _NO_SCALAR
+        if len(self.links) > 1:
+            self._add_joints(form)
         self._geom_rows: list[list[int]] | None = None
         self._positions: slice | np.ndarray = slice(0, 0)
         self._velocities: slice | np.ndarray = slice(0, 0)
+
+    def _add_joints(self, form: Built | PlannedBody) -> None:
+        """Make the joints and the arrays of their places."""
+        self.joints = tuple(
+            Joint(self, i, record, _joint_type(record), record.joint.limit if record.joint else None)
+            for i, record in enumerate(form.links[1:])
+        )
+        self.qpos_addresses = np.full(len(self.joints), -1, dtype=np.int32)
+        self.dof_addresses = np.full(len(self.joints), -1, dtype=np.int32)
+        self.joint_dofs = sum(VELOCITY_SIZE[joint.type] for joint in self.joints)
+        self.dof_offsets = _dof_offsets(self.joints, form)
+        self._scalar = np.array([joint.is_scalar for joint in self.joints], dtype=bool)
 
     def __repr__(self) -> str:
         driven = int(self._scalar.sum())

@@ -658,11 +658,17 @@ class Engine(EngineHooks[BodyT]):
             self._velocity_moved = 0
         return data
 
-    def _update_frames(self, *, keeps_last: bool = True, centres: bool = False, speeds: bool = False) -> None:
-        """Compute what has moved of positions, and on request of centres of mass and velocities of bodies."""
-        updates = self.of_arrays.get(_FRAMES)
+    @property
+    def frame_updates(self) -> FrameUpdates:
+        """Updates of the arrays of a compiled world."""
+        updates: FrameUpdates | None = self.of_arrays.get(_FRAMES)
         if updates is None:
             updates = self.of_arrays[_FRAMES] = FrameUpdates(self._model, self._data)
+        return updates
+
+    def _update_frames(self, *, keeps_last: bool = True, centres: bool = False, speeds: bool = False) -> None:
+        """Compute what has moved of positions, and on request of centres of mass and velocities of bodies."""
+        updates = self.frame_updates
         parts = 0
         if self.is_moved:
             parts = POSES

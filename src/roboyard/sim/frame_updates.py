@@ -52,6 +52,11 @@ class FrameUpdates:
         known = can_call(mujoco_library) and hasattr(model, "_address") and hasattr(data, "_address")
         self._addresses = (model._address, data._address) if known else None
 
+    @property
+    def arguments(self) -> tuple[tuple[Any, ...], tuple[Any, ...]] | None:
+        """What `update_frames` takes before and after `parts`; None where it is not called."""
+        return None if self._addresses is None else (self._addresses, self._arrays)
+
     def update(self, parts: int) -> None:
         """Compute parts of the positions and velocities of bodies; see `KEEP`."""
         if self._addresses is not None:

@@ -139,6 +139,19 @@ class Link:
         model.body_mass[row], model.body_inertia[row] = new.mass, new.principal
         world.mark_inertia_changed()
 
+    def set_gravity_share(self, share: float) -> None:
+        """Let a share of gravity act on this link: 1 for all of it, 0 for none."""
+        element, taken = self._built.element, 1.0 - share
+        if element.gravcomp == taken:
+            return
+        world = self.body.world
+        world.write_late()
+        world.note_edit()
+        element.gravcomp = taken
+        if world.takes_numbers():
+            world.live_model.body_gravcomp[self.body.mujoco_ids[self.index]] = taken
+            world.mark_inertia_changed()  # MuJoCo counts such bodies with the masses
+
     def keep_mass(self, numbers: Array) -> None:
         """Write a (4,) mass (kg) and principal moments (kg m²), about the same axes, into the spec."""
         built = self._built

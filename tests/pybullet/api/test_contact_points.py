@@ -158,6 +158,50 @@ def test_a_shape_and_a_body_have_a_distance(client: int) -> None:
     assert p.getNumBodies() == 1, "the shape is not left in the world"
 
 
+def test_shapes_that_are_used_again_follow_bodies_and_poses(client: int) -> None:
+    """The distance of a sphere to a face of a box, in a closed form, however often a program asks for it."""
+    box_shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3])
+    body = p.createMultiBody(
+        1, box_shape, -1, [0, 0, 1], linkMasses=[1], linkCollisionShapeIndices=[box_shape],
+        linkVisualShapeIndices=[-1], linkPositions=[[0, 0, 2]], linkOrientations=[[0, 0, 0, 1]],
+        linkInertialFramePositions=[[0, 0, 0]], linkInertialFrameOrientations=[[0, 0, 0, 1]],
+        linkParentIndices=[0], linkJointTypes=[p.JOINT_PRISMATIC], linkJointAxis=[[1, 0, 0]],
+    )  # fmt: skip
+    ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+    shape: dict[str, Any] = {}
+    for turn in range(12):
+        x = 0.01 * turn
+        p.resetBasePositionAndOrientation(body, [x, 0, 1], [0, 0, 0, 1])
+        p.resetJointState(body, 0, -2 * x)
+        shape = {"collisionShapeB": ball, "collisionShapePositionB": [1 + 2 * x, 0, 1]}
+        (row,) = p.getClosestPoints(body, -1, 1.0, **shape)
+        assert row[1:5] == (body, -1, -1, -2)
+        assert row[8] == pytest.approx(0.8 + x, abs=1e-9)
+        np.testing.assert_allclose(row[5] + row[6], [x + 0.1, 0, 1, 0.9 + 2 * x, 0, 1], atol=1e-9)
+        (row,) = p.getClosestPoints(
+            -1, body, 2.0, linkIndexB=0, collisionShapeA=ball, collisionShapePositionA=[-x, 0.5 + x, 3],
+            collisionShapeOrientationA=[0, 0, 0, 2],
+        )  # fmt: skip
+        assert row[1:5] == (-1, body, -2, 0)
+        assert row[8] == pytest.approx(0.2 + x, abs=1e-9)
+        assert p.getClosestPoints(body, -1, 0.7, **shape) == ()
+        assert {row[3] for row in p.getClosestPoints(body, -1, 9.0, **shape)} == {-1, 0}
+        (row,) = p.getClosestPoints(-1, -1, 5.0, collisionShapeA=ball, **shape)
+        assert row[8] == pytest.approx(float(np.hypot(1 + 2 * x, 1)) - 0.2, abs=1e-9)
+    p.removeBody(body)
+    assert p.getClosestPoints(body, -1, 1.0, **shape) == ()
+    assert p.createMultiBody(0, ball, -1, [0, 0, 1]) == body
+    p.removeCollisionShape(ball)
+    with pytest.raises(p.error, match="Couldn't get closest points"):
+        p.getClosestPoints(body, -1, 1.0, **shape)
+    box_shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.3, 0.3, 0.3])
+    for _ in range(6):
+        (row,) = p.getClosestPoints(
+            body, -1, 1.0, collisionShapeB=box_shape, collisionShapePositionB=[1, 0, 1]
+        )
+        assert row[8] == pytest.approx(0.6, abs=1e-9)
+
+
 def test_collision_detection_needs_no_step(client: int) -> None:
     a, b = sphere(p, [0, 0, 0]), sphere(p, [0.3, 0, 0])
     assert p.getContactPoints() == ()

@@ -709,6 +709,40 @@ def test_joints_that_are_reset_are_those_of_the_python_function(given: tuple[Any
     assert repr(outcomes[:half]) == repr(outcomes[half:])
 
 
+def test_commands_of_fixed_joints_change_nothing(robot: int) -> None:
+    joints = range(p.getNumJoints(robot))
+    fixed = [k for k in joints if p.getJointInfo(robot, k)[2] == p.JOINT_FIXED]
+    p.setJointMotorControlArray(robot, list(joints), p.POSITION_CONTROL, [0.3] * len(joints))
+    p.stepSimulation()
+    p.setJointMotorControl2(robot, 2, p.VELOCITY_CONTROL, targetVelocity=1, force=3)
+    before = motors(robot)
+    for _ in range(3):
+        for joint in fixed:
+            p.setJointMotorControl2(robot, joint, p.VELOCITY_CONTROL, targetVelocity=2, force=0)
+            p.setJointMotorControl2(robot, joint, p.POSITION_CONTROL, 2, force=7)
+            p.setJointMotorControlArray(robot, [joint], p.VELOCITY_CONTROL, [2], forces=[5])
+            assert motors(robot) == before
+    with pytest.raises(p.error, match="Joint index out-of-range"):
+        p.setJointMotorControl2(robot, len(joints), p.VELOCITY_CONTROL, force=0)
+
+
+def test_boxes_of_links_are_those_of_the_last_step_until_the_next(robot: int) -> None:
+    """Also where contacts were detected meanwhile, at the present positions."""
+    p.stepSimulation()
+    boxes = [python("getAABB", robot, link) for link in range(5)]
+    assert [p.getAABB(robot, link) for link in range(5)] == boxes
+    p.resetJointState(robot, 2, 0.5)
+    p.stepSimulation()
+    boxes = [python("getAABB", robot, link) for link in range(5)]
+    client: Any = CLIENTS[0]
+    scene = client.scene
+    scene.world.mark_moved()  # without the frames that scripts see
+    scene.world.link_frames(keeps_last=True)
+    assert scene.world.kept_frames is not None
+    assert [p.getAABB(robot, link) for link in range(5)] == boxes
+    assert [python("getAABB", robot, link) for link in range(5)] == boxes
+
+
 def test_lines_are_those_of_the_python_function() -> None:
     a, b = [0, 0.5, 1], (1.0, 2, 3)
     calls: list[tuple[tuple[Any, ...], dict[str, Any]]] = [

@@ -211,13 +211,13 @@ def removeConstraint(client: Client, userConstraintUniqueId: int) -> None:
 @command()
 def getNumConstraints(client: Client) -> int:
     """Return the number of constraints."""
-    return len(client.scene.constraints)
+    return len(client.scene.constraint_numbers)
 
 
 @command()
 def getConstraintUniqueId(client: Client, serialIndex: int) -> int:
     """Return the id of the i-th constraint, or -1 beyond the last."""
-    ids = list(client.scene.constraints)
+    ids = client.scene.constraint_numbers
     return ids[serialIndex] if 0 <= whole(serialIndex) < len(ids) else -1
 
 

@@ -19,6 +19,7 @@ from roboyard.pybullet.state.contacts import ANY_LINK, Point, contacts_between, 
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
+    from roboyard.pybullet.fast.closest_copies import ClosestCopies, Key
     from roboyard.pybullet.fast.closest_search import ClosestSearch
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.pybullet.state.query_shapes import Geoms, QuerySide
@@ -102,18 +103,23 @@ def getClosestPoints(
 
             prepare(search, ((whole(linkIndexA), first), (whole(linkIndexB), second)))
         return found
+    key = (
+        (whole(bodyA), whole(linkIndexA), whole(collisionShapeA)),
+        (whole(bodyB), whole(linkIndexB), whole(collisionShapeB)),
+    )
+    poses = (
+        (collisionShapePositionA, collisionShapeOrientationA),
+        (collisionShapePositionB, collisionShapeOrientationB),
+    )
+    copies = scene.query_shapes.copies or _make_copies(scene)
+    found = copies.points(key, poses, limit)
+    if found is None and copies.plan(key, _shapes_of(scene, key)):
+        found = copies.points(key, poses, limit)
+    if found is not None:
+        return found
     from roboyard.pybullet.state.query_shapes import QuerySide
 
-    sides = (
-        QuerySide(
-            *(whole(bodyA), whole(linkIndexA), whole(collisionShapeA)),
-            *(collisionShapePositionA, collisionShapeOrientationA),
-        ),
-        QuerySide(
-            *(whole(bodyB), whole(linkIndexB), whole(collisionShapeB)),
-            *(collisionShapePositionB, collisionShapeOrientationB),
-        ),
-    )
+    sides = QuerySide(*key[0], *poses[0]), QuerySide(*key[1], *poses[1])
     with _placed(scene, *sides, limit) as (world, one, two):
         return _closest_points(scene, world, one, two, limit)
 
@@ -192,6 +198,20 @@ def _placed(
             for side, body in zip((first, second), added, strict=True)
         )
         yield scene.world, one, two
+
+
+def _make_copies(scene: PhysicsScene) -> ClosestCopies:
+    """Return the copies of shapes and bodies that are used again, which the scene keeps."""
+    from roboyard.pybullet.fast.closest_copies import ClosestCopies
+
+    copies = scene.query_shapes.copies = ClosestCopies(scene)
+    return copies
+
+
+def _shapes_of(scene: PhysicsScene, key: Key) -> tuple[Side | None, Side | None]:
+    """Return the shapes of both sides in the World; None for a shape at a pose."""
+    first, second = (None if shape >= 0 else _geoms_of(scene, body, link) for body, link, shape in key)
+    return first, second
 
 
 def _search(scene: PhysicsScene) -> ClosestSearch | None:

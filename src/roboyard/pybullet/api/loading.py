@@ -17,7 +17,6 @@ from roboyard.pybullet.api.user_data import attach_from_file
 from roboyard.pybullet.bullet_rules.materials import shared_materials
 from roboyard.pybullet.bullet_rules.models import BodyModel, bullet_model
 from roboyard.pybullet.bullet_rules.unreadable_meshes import without_unreadable_meshes
-from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
@@ -220,7 +219,7 @@ def loadSDF(
     Raises:
         error: the file does not exist or cannot be loaded.
     """
-    from roboyard.pybullet.readers.sdf import load_sdf
+    from roboyard.pybullet.readers.sdf import read_models
 
     path = _existing(client, sdfFileName, _NO_SDF)
     scale = number(globalScaling) if number(globalScaling) > 0 else 1.0
@@ -228,8 +227,9 @@ def loadSDF(
     rigid = whole(useMaximalCoordinates) == 1
     ids = []
     try:
-        for part in load_sdf(path, _search_paths(client)):
-            model = bullet_model(part.description, scale=scale, fixed_base=part.is_static)
+        uses_cache = bool(client.parameters.file_caching)
+        for part in read_models(path, _search_paths(client), uses_cache=uses_cache):
+            model = _model_of(part.description, 0, scale, part.is_static)
             record = client.scene.add(
                 model,
                 part.pose[:3, 3] * scale,
@@ -253,22 +253,15 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
     Raises:
         error: the file does not exist or cannot be loaded.
     """
-    from roboyard.pybullet.readers.mjcf import load_mjcf
-    from roboyard.pybullet.readers.mjcf_inertia import bullet_bounds, bullet_moments
+    from roboyard.pybullet.readers.mjcf_models import read_models
 
     path = _existing(client, mjcfFileName, _NO_MJCF)
     given = whole(flags)
     ids = []
     scene = client.scene
     try:
-        for part in load_mjcf(path, _search_paths(client), colors=bool(given & c.MJCF_COLORS_FROM_FILE)):
-            model = bullet_model(
-                part.description,
-                flags=given,
-                moments_of=bullet_moments(given),
-                bounds_of=bullet_bounds(given),
-            )
-            model.has_two_spheres = not given & c.URDF_USE_IMPLICIT_CYLINDER
+        uses_cache = bool(client.parameters.file_caching)
+        for part, model, names in read_models(path, _search_paths(client), given, uses_cache=uses_cache):
             frame = model.links[0].frame
             orientation = multiply(part.orientation, conjugate(frame.quaternion))
             record = scene.add(
@@ -280,6 +273,8 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
                 kind=RIGID_BODY if not whole(useMultiBody) and len(model.links) == 1 else MULTIBODY,
             )
             record.is_mjcf = True
+            if names:
+                record.rename_joints(names)
             ids.append(record.number)
             for name, (group, mask) in part.filters.items():
                 place = record.number, model.index_by_name[name]

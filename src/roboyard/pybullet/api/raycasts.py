@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import roboyard.pybullet.bullet_rules.ray_kernels as kernels
+from roboyard._lazy import lazy_module
 from roboyard.pybullet.bullet_rules.ray_starts import MOST_GRAZING
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, vector3_or, whole
@@ -22,6 +23,7 @@ from roboyard.pybullet.fast.fast_commands import (
     replace_overlaps,
     replace_rays,
 )
+from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.state.frames import BROADPHASE_MARGIN
 from roboyard.sim.queries.rays import ShapeHit, first_shape
 from roboyard.transforms import matrix_from_quaternion
@@ -36,6 +38,7 @@ Triple = tuple[float, ...]
 Hit = tuple[int, int, float, tuple[float, ...], tuple[float, ...]]
 _NOTHING = (0.0, 0.0, 0.0)
 _MISS: Hit = (-1, -1, 1.0, _NOTHING, _NOTHING)
+link_groups = lazy_module("roboyard.pybullet.state.link_groups")
 _RESUME_OFFSET = 1e-5
 """Fraction of the ray beyond a hit where the search for the next one starts."""
 
@@ -81,7 +84,7 @@ def rayTestBatch(
         rayToPositions: (k, 3) end points (m).
         numThreads: ignored; all rays use one thread.
         parentObjectUniqueId: body that the rays move with; -1 for none.
-        parentLinkIndex: link of that body.
+        parentLinkIndex: link of that body; with one that is not there, rays do not move.
         reportHitNumber: report the n-th (from 0) of all shapes that the ray enters instead of the nearest,
         counted from the shape created last, which is mostly Bullet's order.
         collisionFilterMask: hit only shapes whose filter group has one of these bits.
@@ -104,15 +107,19 @@ def rayTestBatch(
             "Number of rays exceed the maximum batch size.",
             f"got {len(starts)} rays, at most {c.MAX_RAY_INTERSECTION_BATCH_SIZE}",
         )
-    scene = client.scene
+    scene, record = client.scene, None
     if whole(parentObjectUniqueId) in scene.bodies:
         record = scene.ready(parentObjectUniqueId, "")
-        link = whole(parentLinkIndex) if -1 <= whole(parentLinkIndex) < record.joint_count else -1
-        position, orientation = record.to_inertial(*record.body.links[link + 1].pose, link)
-        turned = matrix_from_quaternion(orientation).T
-        starts, ends = position + starts @ turned, position + ends @ turned
+        link = -1 if record.kind == RIGID_BODY else whole(parentLinkIndex)
+        if -1 <= link < record.joint_count:
+            position, orientation = record.to_inertial(*record.body.links[link + 1].pose, link)
+            turned = matrix_from_quaternion(orientation).T
+            starts, ends = position + starts @ turned, position + ends @ turned
     number(fractionEpsilon)
-    return _cast(scene, starts, ends, whole(collisionFilterMask), whole(reportHitNumber))
+    found = _cast(scene, starts, ends, whole(collisionFilterMask), whole(reportHitNumber))
+    if record is not None and record.kind == MULTIBODY:
+        _prepare_parent(scene, record)
+    return found
 
 
 @command()
@@ -168,13 +175,11 @@ def getOverlappingObjects(
 
 def _all_boxes(scene: PhysicsScene) -> tuple[int, SceneBoxes]:
     """Return the World's revision and the boxes around all links, which the scene keeps."""
-    from roboyard.pybullet.state import link_groups
-
     scene.world.ensure_compiled()
     in_order = sorted(scene.bodies.values(), key=lambda record: record.body.id)
     records = [scene.ready(record.number, "") for record in in_order]
     arrays = [(record.link_boxes or _boxes(scene, record)).arrays for record in records]
-    found = scene.link_boxes = scene.world.revision, link_groups.SceneBoxes(scene.world, records, arrays)
+    found = scene.link_boxes = scene.world.revision, link_groups().SceneBoxes(scene.world, records, arrays)
     return found
 
 
@@ -183,20 +188,16 @@ def _awaiting_boxes(scene: PhysicsScene, record: BodyRecord, link: int) -> LinkB
     lone = scene.alone(record)
     if link >= record.joint_count or (lone is None and not scene.has_awaited_frames(record)):
         return None
-    from roboyard.pybullet.state.link_groups import AwaitingBoxes
-
     if lone is None:
-        return AwaitingBoxes(record, scene.world.awaited_frames)
+        return link_groups().AwaitingBoxes(record, scene.world.awaited_frames)
     if record.link_boxes is None:
-        record.link_boxes = AwaitingBoxes(record, lone.kinematics)
+        record.link_boxes = link_groups().AwaitingBoxes(record, lone.kinematics)
     return record.link_boxes
 
 
 def _boxes(scene: PhysicsScene, record: BodyRecord) -> LinkBoxes:
     """Return the boxes around a body's links, which the record keeps."""
-    from roboyard.pybullet.state import link_groups
-
-    found = record.link_boxes = link_groups.LinkBoxes(scene, record)
+    found = record.link_boxes = link_groups().LinkBoxes(scene, record)
     return found
 
 
@@ -227,9 +228,8 @@ def _cast(
     count = len(starts)
     if not scene.bodies or not count:
         return (_MISS,) * count
-    room = None
+    room, shapes = None, scene.margin_shapes
     if not scene.world.soft:
-        shapes = scene.margin_shapes
         if wanted < 0:
             room = shapes.enter_first(starts, ends, mask)
         else:
@@ -239,7 +239,8 @@ def _cast(
             _numbered_hit(scene, tuple(start), tuple(end), mask, wanted)
             for start, end in zip(np.asarray(starts).tolist(), np.asarray(ends).tolist(), strict=True)
         )
-    if mask == -1 and (is_machine_code("rayTest") or is_machine_code("rayTestBatch")):
+    is_prepared = is_machine_code("rayTest") or is_machine_code("rayTestBatch")
+    if mask == -1 and is_prepared and shapes.uses > 1:  # for one call between changes it would take longer
         _prepare(scene, is_numbered=wanted >= 0)
     if count == 1:
         return (_hit_of(scene, room.geoms.item(0), room.hits[0].tolist()),)
@@ -268,11 +269,24 @@ def _prepare(scene: PhysicsScene, *, is_numbered: bool) -> None:
         for geom, (body, _) in enumerate(world.geom_owners)
     ]
     loop = kernels.enter_numbered if is_numbered else kernels.enter_first
+    parents: Any = known[1 - key][-1] if 1 - key in known else {}
     known[key] = (
         *(world, scene.filters, partial(world.link_frames, keeps_last=True)),
         *(loop, bundle, MOST_GRAZING, room.starts, room.ends, room.geoms, room.hits),
         *(np.array(owners, np.int64).reshape(-1), *scene.margin_shapes.numbering),
+        *(link_groups().chain_kernels().carry_rays, link_groups().chain_of(world), parents),
     )
+
+
+def _prepare_parent(scene: PhysicsScene, record: BodyRecord) -> None:
+    """Let machine code cast rays that move with a body's links."""
+    known: Any = scene.world.prepared.get("rays")
+    if not known or record.soft is not None:
+        return
+    parents = next(iter(known.values()))[-1]
+    if record.number not in parents:
+        frames, rows = link_groups().inertial_frames(record), np.array(record.rows, np.int64)
+        parents[record.number] = frames, rows
 
 
 def _numbered_hit(scene: PhysicsScene, start: Triple, end: Triple, mask: int, wanted: int) -> Hit:

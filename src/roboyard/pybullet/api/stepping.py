@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 from roboyard.errors import ModelError
 from roboyard.pybullet.face.arguments import whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_detection
 from roboyard.pybullet.state.contacts import touching
 
 if TYPE_CHECKING:
@@ -28,8 +30,13 @@ def stepSimulation(client: Client) -> tuple[Any, ...]:
 @command()
 def performCollisionDetection(client: Client) -> None:
     """Detect the contacts at the current positions without stepping."""
-    client.scene.world.detect_contacts()
-    client.scene.last_step.drop()
+    scene = client.scene
+    scene.world.detect_contacts()
+    scene.last_step.drop()
+    if is_machine_code("performCollisionDetection"):
+        from roboyard.pybullet.fast.detection_entries import prepare
+
+        prepare(scene)
 
 
 @command()
@@ -80,3 +87,6 @@ def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
     for record in scene.bodies.values():
         record.fixed_poses = record.placed = None
     scene.frames_are_old = True
+
+
+START.later(replace_detection)

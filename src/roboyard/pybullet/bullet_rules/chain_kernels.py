@@ -215,3 +215,23 @@ def write_box_of_chain(chain, frames, boxes, row, link, out):  # pragma: no cove
     """
     follow_chain(chain, row, False)
     write_box(chain.at, chain.turned, frames, boxes, 0, link, out)
+
+
+@compiled(CHAIN, "f8[:,::1] i8[::1] i8 f8[:,::1] f8[:,::1] i8")
+def carry_rays(chain, frames, rows, link, starts, ends, count):  # pragma: no cover
+    """Bring the ends of `count` rays from a link's inertial frame to the world, at the present positions.
+
+    frames, rows: (n, 7) inertial frames in link frames and (n,) MuJoCo's bodies of the links. link: from -1;
+    with one that is not there, rays stay where they are. starts, ends: (k, 3) (m), changed.
+    """
+    place = link + 1
+    if not 0 <= place < len(rows):
+        return
+    follow_chain(chain, rows[place], False)
+    q = chain.turned[0, 0], chain.turned[0, 1], chain.turned[0, 2], chain.turned[0, 3]
+    at = _sum(_three(chain.at, 0), turned(q, _three(frames, place)))
+    q = times(q, (frames[place, 6], frames[place, 3], frames[place, 4], frames[place, 5]))
+    for n in range(count):
+        start, end = _sum(at, turned(q, _three(starts, n))), _sum(at, turned(q, _three(ends, n)))
+        for k in range(3):
+            starts[n, k], ends[n, k] = start[k], end[k]

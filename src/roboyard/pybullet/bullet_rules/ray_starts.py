@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 Triple = tuple[float, ...]
 _PACK = Struct("3d").pack_into
-_WITH_CORE = kernels.SPHERE, kernels.CAPSULE, kernels.BOX, kernels.CYLINDER
+_HAS_CORE = np.bincount((kernels.SPHERE, kernels.CAPSULE, kernels.BOX, kernels.CYLINDER), minlength=16) > 0
+"""(16,) whether one of MuJoCo's kinds of shapes has a core."""
 _MOST_MASKS = 16
 _LEAST_RAYS = 16
 """Rays for which there is room at least."""
@@ -69,6 +70,8 @@ class MarginShapes:
         self._records: Any = None
         """The shapes and cores as arguments of the compiled loop, or None."""
         self._numbering: tuple[np.ndarray, np.ndarray] | None = None
+        self.uses = 0
+        """Calls with rays since the shapes were looked up."""
         self._bundles: dict[int, tuple[dict[Any, Any] | None, Any]] = {}
         """By mask: groups of links, None where it shows all, and its shapes with memory for rays."""
 
@@ -122,6 +125,7 @@ class MarginShapes:
         count, world, filters = len(starts), self._world, self._filters
         if world.is_stale or self._revision != world.revision or not world.shows_triangles:
             self._look_up()
+        self.uses += 1
         if self._records is None:
             return None
         if world.is_moved:
@@ -175,14 +179,14 @@ class MarginShapes:
         world = self._world
         shapes = kept_shapes(world)
         model = world.live_model
-        has_core = np.isin(model.geom_type, _WITH_CORE)
+        has_core = _HAS_CORE[model.geom_type]
         there = has_core & (model.geom_group != VISUAL_GROUP) & (world.geom_owners[:, 0] >= 0)
         self._rows, margins = np.flatnonzero(there).astype(np.int32), self._margins()
         self._sizes = model.geom_type, model.geom_size, model.geom_rbound, margins
         cores = kernels.Cores(self._rows, margins)
         self._records = None if shapes is None else (shapes, cores)
         self._bundles.clear()
-        self._numbering = None
+        self._numbering, self.uses = None, 0
         self._revision = world.revision
 
 

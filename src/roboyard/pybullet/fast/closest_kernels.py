@@ -57,19 +57,25 @@ def _place(shapes, chain, geoms):  # pragma: no cover
         if body != last:
             follow_chain(chain, body, False)
             last = body
+        at = chain.at[0, 0], chain.at[0, 1], chain.at[0, 2]
         q = chain.turned[0, 0], chain.turned[0, 1], chain.turned[0, 2], chain.turned[0, 3]
-        away = turned(q, (shapes.positions[geom, 0], shapes.positions[geom, 1], shapes.positions[geom, 2]))
-        own = shapes.turns[geom, 0], shapes.turns[geom, 1], shapes.turns[geom, 2], shapes.turns[geom, 3]
-        w, x, y, z = times(q, own)
-        for k in range(3):
-            shapes.xpos[geom, k] = chain.at[0, k] + away[k]
-        matrix = shapes.xmat
-        matrix[geom, 0] = w * w + x * x - y * y - z * z
-        matrix[geom, 1], matrix[geom, 2] = 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
-        matrix[geom, 4] = w * w - x * x + y * y - z * z
-        matrix[geom, 3], matrix[geom, 5] = 2.0 * (x * y + w * z), 2.0 * (y * z - w * x)
-        matrix[geom, 8] = w * w - x * x - y * y + z * z
-        matrix[geom, 6], matrix[geom, 7] = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x)
+        _write_pose(shapes, geom, at, q)
+
+
+def _write_pose(shapes, geom, at, q):  # pragma: no cover
+    """Write the pose of a shape whose body is at a position (m), turned by a quaternion w, x, y, z."""
+    away = turned(q, (shapes.positions[geom, 0], shapes.positions[geom, 1], shapes.positions[geom, 2]))
+    own = shapes.turns[geom, 0], shapes.turns[geom, 1], shapes.turns[geom, 2], shapes.turns[geom, 3]
+    w, x, y, z = times(q, own)
+    for k in range(3):
+        shapes.xpos[geom, k] = at[k] + away[k]
+    matrix = shapes.xmat
+    matrix[geom, 0] = w * w + x * x - y * y - z * z
+    matrix[geom, 1], matrix[geom, 2] = 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
+    matrix[geom, 4] = w * w - x * x + y * y - z * z
+    matrix[geom, 3], matrix[geom, 5] = 2.0 * (x * y + w * z), 2.0 * (y * z - w * x)
+    matrix[geom, 8] = w * w - x * x - y * y + z * z
+    matrix[geom, 6], matrix[geom, 7] = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x)
 
 
 def _is_far(shapes, a, b, reach):  # pragma: no cover
@@ -98,6 +104,46 @@ def closest_points(shapes, chain, margins, first, second, limit, is_moved, out, 
     if is_moved == 1:
         _place(shapes, chain, first)
         _place(shapes, chain, second)
+    return _search(shapes, margins, first, second, limit, out, pairs)
+
+
+@compiled(
+    CLOSEST,
+    "f8[::1] f8[:,::1] f8[:,::1] f8[::1] i8[::1] i8[::1] i8[::1] i8[::1] f8[::1] f8[::1] f8 "
+    "f8[:,::1] i8[:,::1] -> i8",
+    library=mujoco_library,
+)
+def closest_copies(
+    shapes, chain, margins, xpos, xmat, widths, first, second, sources, others, pose, other, limit, out, pairs
+):  # pragma: no cover
+    """Do what `closest_points` does with copies of shapes, which are placed as those of a world are now.
+
+    xpos, xmat, widths: (ngeom, 3) (m), (ngeom, 9) and (ngeom,) margins (m) of that world's geoms. sources,
+    others: the geom of that world for each of first and of second, -1 for a shape at a pose. pose, other:
+    (7,) of these, x, y, z (m) and a unit quaternion x, y, z, w.
+    """
+    _bring(shapes, margins, xpos, xmat, widths, first, sources, pose)
+    _bring(shapes, margins, xpos, xmat, widths, second, others, other)
+    return _search(shapes, margins, first, second, limit, out, pairs)
+
+
+def _bring(shapes, margins, xpos, xmat, widths, geoms, sources, pose):  # pragma: no cover
+    """Place shapes as those of another world are, or at a pose."""
+    q = pose[6], pose[3], pose[4], pose[5]
+    for n in range(len(geoms)):
+        geom, source = geoms[n], sources[n]
+        if source < 0:
+            _write_pose(shapes, geom, (pose[0], pose[1], pose[2]), q)
+            continue
+        margins[geom] = widths[source]
+        for k in range(3):
+            shapes.xpos[geom, k] = xpos[source, k]
+        for k in range(9):
+            shapes.xmat[geom, k] = xmat[source, k]
+
+
+def _search(shapes, margins, first, second, limit, out, pairs):  # pragma: no cover
+    """Write the closest points of all pairs of placed shapes; see `closest_points`."""
     count, ends = 0, shapes.ends
     for i in range(len(first)):
         for j in range(len(second)):

@@ -13,8 +13,10 @@ from roboyard.sim.mujoco_library import mujoco_library
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import Side
     from roboyard.pybullet.state.physics_scene import PhysicsScene
+    from roboyard.sim.world import World
 
 Point = tuple[Any, ...]
+Places = list[tuple[int, int, int]]
 FEW = 4
 """Shapes of both sides up to which only these are placed, not those of all bodies."""
 ZEROS = (0.0, 0.0, 0.0)
@@ -26,16 +28,8 @@ class ClosestSearch:
 
     def __init__(self, scene: PhysicsScene) -> None:
         """Look up MuJoCo's arrays."""
-        from roboyard.pybullet.state.link_groups import chain_of
-
         self.scene = scene
-        world = scene.world
-        model, data = world.live_model, world.live_data
-        shapes = kernels.Shapes(
-            *(model.geom_type, model.geom_bodyid, model.geom_pos, model.geom_quat, data.geom_xpos),
-            *(data.geom_xmat, model.geom_rbound, np.zeros(6), model._address, data._address),
-        )
-        self._shapes = kernels.CLOSEST.of(shapes, *chain_of(world).records)
+        self._shapes = arrays_of_shapes(scene.world)
         self._room = self.make_room(16)
 
     def make_room(self, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -59,21 +53,45 @@ class ClosestSearch:
             if not moved:
                 world.link_frames(keeps_last=True)
         found = kernels.closest_points(self._shapes, scene.geom_margins(), a, b, limit, moved, out, pairs)
-        if not found:
-            return ()
-        one, two = first.places, second.places
-        body_a, body_b = one[0][0], two[0][0]
-        return tuple(
-            [
-                (
-                    *(0, body_a, body_b, one[i][1], two[j][1], (x, y, z), (u, v, w), (p, q, r), distance),
-                    *(0.0, 0.0, ZEROS, 0.0, ZEROS),
-                )
-                for (i, j), (x, y, z, u, v, w, p, q, r, distance) in zip(
-                    pairs[:found].tolist(), out[:found].tolist(), strict=True
-                )
-            ]
-        )
+        return rows_of(first.places, second.places, out, pairs, found)
+
+
+def arrays_of_shapes(world: World) -> Any:
+    """Return MuJoCo's arrays of a compiled world as the argument of the loops."""
+    from roboyard.pybullet.state.link_groups import chain_of
+
+    model, data = world.live_model, world.live_data
+    shapes = kernels.Shapes(
+        *(model.geom_type, model.geom_bodyid, model.geom_pos, model.geom_quat, data.geom_xpos),
+        *(data.geom_xmat, model.geom_rbound, np.zeros(6), model._address, data._address),
+    )
+    return kernels.CLOSEST.of(shapes, *chain_of(world).records)
+
+
+def rows_of(one: Places, two: Places, out: np.ndarray, pairs: np.ndarray, found: int) -> tuple[Point, ...]:
+    """Return the rows of getClosestPoints.
+
+    Args:
+        one: body, link and geom of each shape of the first side.
+        two: those of the second side.
+        out: (n, NUMBERS) of each pair; see the loops.
+        pairs: (n, 2) places in one and two.
+        found: number of pairs.
+    """
+    if not found:
+        return ()
+    body_a, body_b = one[0][0], two[0][0]
+    return tuple(
+        [
+            (
+                *(0, body_a, body_b, one[i][1], two[j][1], (x, y, z), (u, v, w), (p, q, r), distance),
+                *(0.0, 0.0, ZEROS, 0.0, ZEROS),
+            )
+            for (i, j), (x, y, z, u, v, w, p, q, r, distance) in zip(
+                pairs[:found].tolist(), out[:found].tolist(), strict=True
+            )
+        ]
+    )
 
 
 def closest_search(scene: PhysicsScene) -> ClosestSearch | None:

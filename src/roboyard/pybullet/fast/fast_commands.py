@@ -242,6 +242,14 @@ def replace_contacts() -> None:
     replace(name, CONTACT, ContactState(COMMANDS[name].function, PREPARED["contacts"]))
 
 
+def replace_detection() -> None:
+    """Replace performCollisionDetection."""
+    from roboyard.pybullet.fast.detection_entries import DETECTION, KIND, DetectionState
+
+    name = "performCollisionDetection"
+    replace(name, DETECTION, DetectionState(COMMANDS[name].function, PREPARED[KIND]))
+
+
 def replace_closest() -> None:
     """Replace getClosestPoints."""
     from roboyard.pybullet.fast.closest_entries import CLOSEST, KIND, ClosestState

@@ -97,13 +97,15 @@ def corner(out, first):
 def is_found(state, body, link):
     moved = attribute(word(body, WORLD), word(state, MOVED))
     of_step = link >= 0 and attribute(word(body, SCENE), word(state, OLD)) != word(state, TRUE)
+    shown, turns = word(body, XPOS), word(body, XQUAT)
     if of_step and moved != word(state, TRUE):
-        if attribute(word(body, WORLD), word(state, KEPT)) != word(state, NONE):
-            return False
+        kept = attribute(word(body, WORLD), word(state, KEPT))
+        if kept != word(state, NONE) and kept != 0:
+            shown, turns = word(kept, ITEMS), word(kept, ITEMS + 1)
     if of_step or moved != word(state, TRUE):
         rows, out = integers(word(body, ROWS)), numbers(word(body, OUT))
         _loop(
-            matrix(word(body, XPOS)), matrix(word(body, XQUAT)), matrix(word(body, FRAMES)),
+            matrix(shown), matrix(turns), matrix(word(body, FRAMES)),
             matrix(word(body, BOXES)), rows[link + 1], link + 1, out,
         )
         return True

@@ -118,7 +118,7 @@ def is_known(limit, impulse, known):
     return known == 0.0 and limit == 0.0  # switched off already
 
 @part
-def fits_table(state, body, table, rows, length, seconds):
+def fits_table(state, body, table, rows, length, seconds, form):
     impulses, driven = numbers(word(body, IMPULSES)), 0
     for k in range(length):
         total = 0.0
@@ -131,7 +131,7 @@ def fits_table(state, body, table, rows, length, seconds):
             driven += 1
             if not is_known(limit, limit * seconds, impulses[joint]):
                 return False
-    return driven > 0
+    return driven > 0 or form == PLAIN or form == FLAT  # where joints of any other kind have no motor
 
 @part
 def write_bound(body, joint, row, impulse):
@@ -195,7 +195,7 @@ def command(state, body, given, count, mode, form):
     if time_step == 0 or pending == 0 or PyDict_Size(pending) != 0:
         return False
     seconds = PyFloat_AsDouble(time_step)
-    if not fits_table(state, body, table, rows, length, seconds):
+    if not fits_table(state, body, table, rows, length, seconds, form):
         return False
     write(state, body, table, rows, length, mode, seconds)
     return True

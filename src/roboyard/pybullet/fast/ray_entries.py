@@ -1,7 +1,8 @@
 """rayTest and rayTestBatch as machine code, for rays in lists that meet all shapes; see `fast_entries`.
 
-It reads the points into arrays, calls a compiled loop that finds the first shape of each, and makes tuples
-of what that has written. Anything else, such as a filter or an array of points, goes to the Python functions.
+It reads the points into arrays, brings those that move with a link to the world, calls a compiled loop that
+finds the first shape of each ray, and makes tuples of what that has written. Anything else, such as a filter
+or an array of points, goes to the Python functions.
 """
 
 from __future__ import annotations
@@ -31,12 +32,17 @@ class RayState(NamedTuple):
     listed: list[Any] = []  # noqa: RUF012 - of which the type is read
     moved: str = "is_moved"
     groups: str = "groups"
+    base: int = -1
+    """Link with which rays move by default."""
     miss: tuple[Any, ...] = (-1, -1, 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 _SOURCE = f"""{PARTS}
-COMMAND, PREPARED, IS_BATCH, NONE, TRUE, WHOLE, ONE, NUMBER, LISTED, MOVED, GROUPS, MISS = range(3, 15)
+COMMAND, PREPARED, IS_BATCH, NONE, TRUE, WHOLE, ONE, NUMBER, LISTED, MOVED, GROUPS = range(3, 14)
+BASE, MISS = range(14, 16)
 WORLD, FILTERS, UPDATE, LOOP, SHAPES, MOST, STARTS, ENDS, GEOMS, HITS, OWNERS, RANKS, LIST = range(3, 16)
+CARRY, CHAIN, PARENTS = range(16, 19)
+FRAMES, ROWS = range(3, 5)  # of a parent
 {parts(PLAIN)}
 @part
 def first_of(state, values, length):
@@ -86,9 +92,28 @@ def has_defaults(state, given, count):
             continue
         if kind != word(word(state, WHOLE), KIND):
             return False
-        is_free = place == (6 if is_batch else 4) or (is_batch and (place == 3 or place == 5 or place == 8))
+        is_free = place == 4 or (is_batch and (place == 3 or place == 5 or place == 6 or place == 8))
         if not is_free and plain(state, given[place]) != -1.0:
             return False
+    return True
+
+@part
+def are_carried(state, scene, given, count, rays):
+    if word(state, IS_BATCH) != word(state, TRUE) or count < 5 or plain(state, given[4]) == -1.0:
+        return True
+    parent = found(word(scene, PARENTS), given[4])
+    if parent == 0:
+        return False
+    passed, made = words(), PyLong_FromLongLong(rays)
+    passed[0], passed[1], passed[2] = word(scene, CHAIN), word(parent, FRAMES), word(parent, ROWS)
+    passed[3] = given[5] if count > 5 else word(state, BASE)
+    passed[4], passed[5], passed[6] = word(scene, STARTS), word(scene, ENDS), made
+    done = PyObject_Vectorcall(word(scene, CARRY), passed, 7, 0)
+    Py_DecRef(made)
+    if done == 0:
+        PyErr_Clear()
+        return False
+    Py_DecRef(done)
     return True
 
 @part
@@ -154,6 +179,8 @@ def entry(state, given, count, keywords):
         groups = attribute(word(scene, FILTERS), word(state, GROUPS))
         Py_IncRef(scene)
         rays = rays_in(state, scene, given) if groups != 0 and PyDict_Size(groups) == 0 else 0
+        if rays > 0 and not are_carried(state, scene, given, count, rays):
+            rays = 0
         if rays > 0 and is_cast(state, scene, rays, wanted):
             made = PyTuple_New(rays)
             for row in range(rays):

@@ -12,7 +12,6 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import field, replace
-from itertools import count
 from math import pi
 from pathlib import Path
 
@@ -40,8 +39,20 @@ from roboyard.transforms import Array, inverse_pose, quaternion_from_matrix
 DENSITY = 1000.0
 """Density of bodies without a mass (kg/m³)."""
 _TYPES: dict[str, JointType] = {"fixed": "fixed", "slide": "prismatic", "hinge": "revolute"}
-_counter = count()
-"""Counter of unnamed joints and bodies; like Bullet's, it runs as long as the process."""
+
+
+class _Unnamed:
+    """Counter of unnamed joints and bodies; like Bullet's, it runs as long as the process."""
+
+    count = 0
+
+    def take(self) -> int:
+        """Return the next number."""
+        self.count += 1
+        return self.count - 1
+
+
+UNNAMED = _Unnamed()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -56,6 +67,10 @@ class MjcfModel:
     """(4,) orientation of the body in the world (x, y, z, w)."""
     filters: dict[str, tuple[int, int]]
     """Link name to its contype and conaffinity."""
+    counted: dict[str, tuple[str, int, str]] = field(default_factory=dict)
+    """Names of joints with a number of `UNNAMED`, to what is before it, the number and what is after it."""
+    names_meshes: bool
+    """Whether the file names others."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -66,6 +81,14 @@ class _Tree:
     links: list[Link] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
     filters: dict[str, tuple[int, int]] = field(default_factory=dict)
+    counted: dict[str, tuple[str, int, str]] = field(default_factory=dict)
+
+    def count(self, before: str, after: str) -> str:
+        """Return the name of a joint that has none in the file."""
+        number = UNNAMED.take()
+        name = f"{before}{number}{after}"
+        self.counted[name] = before, number, after
+        return name
 
     def add_link(self, name: str | None) -> int:
         index = len(self.links)
@@ -124,6 +147,7 @@ def _fixed_geom(element: ET.Element, reader: Reader, name: str) -> MjcfModel:
         position=np.zeros(3),
         orientation=np.array([0.0, 0.0, 0.0, 1.0]),
         filters=filters,
+        names_meshes=bool(reader.meshes),
     )
 
 
@@ -141,6 +165,8 @@ def _top_body(element: ET.Element, reader: Reader, name: str, number: int) -> Mj
         position=root_pose[:3, 3],
         orientation=quaternion_from_matrix(root_pose[:3, :3]),
         filters=tree.filters,
+        counted=tree.counted,
+        names_meshes=bool(reader.meshes),
     )
 
 
@@ -151,7 +177,7 @@ def _body(
     defaults = reader.classes.get(element.get("childclass", ""), defaults)
     own = tree.add_link(element.get("name"))
     if element.get("name") is None:
-        next(_counter)
+        UNNAMED.take()
     place = pose_of(element, reader)
     is_top, root_pose = parent is None, place
     frame, mass = _inertial(element, reader)
@@ -192,7 +218,7 @@ def _body(
     if parent is not None:
         tree.joints.append(
             Joint(
-                name=f"jointfix_{next(_counter)}_{parent}",
+                name=tree.count("jointfix_", f"_{parent}"),
                 type="fixed",
                 parent=tree.links[parent].name,
                 child=tree.links[own].name,
@@ -231,7 +257,7 @@ def _joint(
     name = element.get("name")
     tree.joints.append(
         Joint(
-            name=name or f"joint{next(_counter)}_{link}_{len(tree.joints)}",
+            name=name or tree.count("joint", f"_{link}_{len(tree.joints)}"),
             type=kind,
             parent=tree.links[parent].name,
             child=tree.links[link].name,

@@ -29,6 +29,9 @@ from roboyard.transforms import Array, quaternion_from_matrix
 _LIMITS = ("lower", "upper", "effort", "velocity")
 
 
+_CACHE_SIZE = 64
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SdfModel:
     """One model of a file."""
@@ -39,6 +42,33 @@ class SdfModel:
     """(4, 4) pose of the root link frame in the world."""
     is_static: bool
     """Whether `<static>` fixes the base."""
+
+
+_files: dict[tuple[Path, int, int], list[SdfModel]] = {}
+"""By path, modification time and size."""
+
+
+def read_models(path: Path, search_paths: Sequence[Path], *, uses_cache: bool) -> list[SdfModel]:
+    """Do what `load_sdf` does, once for a file that has not changed, whose bodies share descriptions.
+
+    Args:
+        path: SDF file.
+        search_paths: folders where meshes are searched after the file's own.
+        uses_cache: whether a file may be as it was when it was read before with the same time and size.
+
+    Raises:
+        DescriptionError: the file is not SDF, or a model cannot be built.
+    """
+    stamp = path.stat()
+    key = path, stamp.st_mtime_ns, stamp.st_size
+    known = _files.get(key) if uses_cache else None
+    if known is None:
+        known = load_sdf(path, search_paths)
+        if uses_cache and not any(part.description.notes for part in known):  # as of a mesh that is missing
+            _files[key] = known
+            while len(_files) > _CACHE_SIZE:
+                del _files[next(iter(_files))]
+    return known
 
 
 def load_sdf(path: Path, search_paths: Sequence[Path] = ()) -> list[SdfModel]:

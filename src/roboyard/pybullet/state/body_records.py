@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -185,7 +185,9 @@ class BodyRecord:
         self.folder: str | None = None
         """Folder of the file as the script gave it; None where a search path or a link led to the file."""
         self.kind = kind
-        self.infos = of_model(model, "infos", joint_infos) if kind == MULTIBODY else ()
+        self.infos: Sequence[tuple[Any, ...]] = (
+            of_model(model, "infos", joint_infos) if kind == MULTIBODY else ()
+        )
         """The fields of getJointInfo; empty for rigid bodies, whose joints are hidden, as in PyBullet."""
         self.joint_count = len(self.infos)
         self.dof_count = sum(VELOCITY_COUNT[info[2]] for info in self.infos) + 6 * (not model.fixed_base)
@@ -293,6 +295,10 @@ class BodyRecord:
         """The boxes around the shapes of all links, as files had them when the body was made."""
         found: ShapeBoxes = of_model(self.model, "boxes", _shape_boxes)
         return found
+
+    def rename_joints(self, names: Mapping[int, bytes]) -> None:
+        """Give joints, by index, other names than those of the model."""
+        self.infos = [(info[0], names.get(info[0], info[1]), *info[2:]) for info in self.infos]
 
     def of_model(self, name: str, compute: Callable[[BodyModel], Any]) -> Any:
         """Return what a function computes of the model, once for all bodies that have it in common."""

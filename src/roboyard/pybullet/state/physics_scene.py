@@ -269,11 +269,7 @@ class PhysicsScene:
     def disable_gravity(self, record: BodyRecord, link: int, disabled: bool) -> None:
         """Disable (or enable) gravity and damping of a link."""
         handle = record.body.links[link + 1]
-        element = handle._built.element
-        if bool(element.gravcomp) != disabled:
-            self.world.note_edit()
-            element.gravcomp = float(disabled)
-            self.world.mark_stale()
+        handle.set_gravity_share(float(not disabled))
         linear, angular = (0.0, 0.0) if disabled else (record.linear_damping, record.angular_damping)
         if record.kind == MULTIBODY:
             self.world.surfaces.set_damping(
@@ -397,6 +393,11 @@ class PhysicsScene:
         if self.requested:
             self.build_requested()
         return self._constraints
+
+    @property
+    def constraint_numbers(self) -> list[int]:
+        """Ids of all constraints, in the order they were created; those that are only requested come last."""
+        return [*self._constraints, *self.requested]
 
     def build_requested(self) -> None:
         """Build the constraints that were only requested."""

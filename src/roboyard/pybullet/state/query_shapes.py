@@ -7,7 +7,7 @@ from typing import Any
 
 from roboyard._records import NamedTuple
 from roboyard.description.model import Link, RobotDescription
-from roboyard.pybullet.face.arguments import quaternion, vector3
+from roboyard.pybullet.face.arguments import Quaternion, Vector3, quaternion, vector3
 from roboyard.pybullet.face.errors import failure
 from roboyard.sim.body import Body
 from roboyard.sim.physics_profile import BULLET
@@ -15,6 +15,8 @@ from roboyard.sim.world import World
 
 Geoms = list[tuple[int, int, int]]
 """Body, link and MuJoCo geom of each collision shape."""
+Vector = Sequence[float]
+_ORIGIN, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 QUERY_LINK = -2
 """Link index reported for a shape that belongs to no body."""
 
@@ -39,6 +41,8 @@ class QueryShapes:
         """Create an empty world."""
         self._world = World(profile=BULLET, visual_geoms=False)
         self._cache: dict[tuple[int, int], tuple[Any, Body]] = {}
+        self.copies: Any = None
+        """`ClosestCopies` of shapes and bodies that are used again."""
 
     def place(
         self, known: Mapping[int, Any], first: QuerySide, second: QuerySide
@@ -46,13 +50,15 @@ class QueryShapes:
         """Place two shapes of `known` (shape sets by id); return the world and the bodies of both sides."""
         bodies = [self._body(known, number, side) for number, side in enumerate((first, second))]
         for body, side in zip(bodies, (first, second), strict=True):
-            body.set_pose(*_pose(side))
+            body.set_pose(*pose_of(side.position, side.orientation))
         return self._world, bodies
 
     def release(self) -> None:
         """Free MuJoCo's arrays."""
         vars(self._world).clear()
         self._cache.clear()
+        if self.copies is not None:
+            self.copies.release()
 
     def _body(self, known: Mapping[int, Any], number: int, side: QuerySide) -> Body:
         shapes = known.get(side.shape)
@@ -77,7 +83,9 @@ def add_query_body(world: World, known: Mapping[int, Any], side: QuerySide) -> B
         raise failure("Couldn't get closest points", f"there is no collision shape {side.shape}")
     link = Link(name="shape", collisions=shapes.shapes)
     description = RobotDescription(name="query shape", links=(link,))
-    return world.add_description(description, *_pose(side), fixed_base=True, drives=False)
+    return world.add_description(
+        description, *pose_of(side.position, side.orientation), fixed_base=True, drives=False
+    )
 
 
 def query_geoms(body: Body) -> Geoms:
@@ -85,10 +93,13 @@ def query_geoms(body: Body) -> Geoms:
     return [(-1, QUERY_LINK, geom) for geom in body.links[0].geom_ids]
 
 
-def _pose(side: QuerySide) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    position, turn = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
-    if side.position is not None:
-        position = vector3(side.position, "collisionShapePosition")
-    if side.orientation is not None:
-        turn = quaternion(side.orientation, "collisionShapeOrientation")
-    return position, turn
+def pose_of(position: Vector | None, orientation: Vector | None) -> tuple[Vector3, Quaternion]:
+    """Return the position (m) and orientation (x, y, z, w) of a shape, which may be None.
+
+    Raises:
+        error: one has another length.
+    """
+    return (
+        _ORIGIN if position is None else vector3(position, "collisionShapePosition"),
+        _IDENTITY if orientation is None else quaternion(orientation, "collisionShapeOrientation"),
+    )

@@ -57,6 +57,10 @@ IDLE_STEPS, IDLE_STEPS_ARTICULATED = 200, 20
 """Steps without additions and removals after which inactive bodies are deleted."""
 LARGEST_PAUSE = 4
 """Largest number of steps between additions at which pooled bodies with joints are made."""
+LEAST_REMOVED = 64
+"""So many removed bodies may stay in MuJoCo's arrays until the next compile, more in a larger world.
+
+Programs that remove what they added in each of their episodes would otherwise compile twice in each."""
 MOST_DISCARDED = 64
 """Largest number of removed bodies that are deleted from the spec at once; a single one costs as much."""
 SETTLED, MANY = 50, 32
@@ -397,7 +401,7 @@ class BodyPool:
             return True
         if len(built.links) > 1:
             return self._former_template(body) is not None
-        return len(self._removed) <= max(FEWEST, len(engine.body_by_id))
+        return len(self._removed) < max(LEAST_REMOVED, len(engine.body_by_id))
 
     def _former_template(self, body: EngineBody) -> BodyTemplate | None:
         """Return the template of a body of several links that the next one like it may follow in its rows.

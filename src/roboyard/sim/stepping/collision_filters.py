@@ -160,14 +160,27 @@ class CollisionFilters:
             self._free_codes.append(code)
             self._free_codes.sort()
         kept = {key for key in self._excluded if body.id not in (key[0][0], key[1][0])}
+        leaves_rows = True
         if len(kept) < len(self._excluded):
             known = not self._world.is_stale and self._look_up()
             self._excluded = kept
             self._disabled &= kept
             self._by_groups &= kept
-            if known:
-                self._write_live()
-        self._sync()
+            leaves_rows = known and self._write_live()
+        self._delete_elements(leaves_rows=leaves_rows)
+
+    def _delete_elements(self, *, leaves_rows: bool) -> None:
+        """Delete elements that no longer hold from the spec, before those of their bodies.
+
+        leaves_rows: whether their rows in MuJoCo's arrays remain without effect, for other pairs.
+        """
+        gone = [key for key in self._elements if key not in self._excluded]
+        for key in gone:
+            self._world.raw_spec.delete(self._elements.pop(key))
+        if gone:
+            self._world.note_edit()
+            if not leaves_rows:
+                self._world.mark_stale()
 
     def write(self) -> None:
         """Update the spec's exclusions, before each compile."""
@@ -213,9 +226,7 @@ class CollisionFilters:
         if self._elements.keys() == self._excluded:
             return
         bodies, spec = self._world.body_by_id, self._world.raw_spec
-        for key in [key for key in self._elements if key not in self._excluded]:
-            spec.delete(self._elements.pop(key))
-            self._world.mark_stale()
+        self._delete_elements(leaves_rows=False)
         for key in self._excluded - self._elements.keys():
             (body_a, link_a), (body_b, link_b) = key
             self._elements[key] = spec.add_exclude(

@@ -132,6 +132,11 @@ class ContactRows:
         """Whether all rows of the last step are here."""
         return self.last is self._rows
 
+    def note_none(self) -> None:
+        """Note that all rows are here and that there are none, before the first step."""
+        self.counts[:] = 0
+        self.last = self._rows
+
     def makes_joints(self, model: Any) -> bool:
         """Return whether rows of joints are made here, too: there are no others but those of contacts."""
         if self._model is not model:
@@ -151,6 +156,21 @@ class ContactRows:
             model: MjModel.
             data: MjData.
             flags: those of MuJoCo while contacts are found.
+            lengths: (nv,) of axes; see `Engine.axis_lengths`.
+        """
+        self.locate(model, data, lengths)
+        if self._addresses:
+            finding().find_contacts(*self._addresses, flags)
+            return
+        without(_NO_CONTACTS | _NO_ROWS, partial(first_half, lengths, None), model, data)
+        without(flags, partial(find_with_welds, self.welds), model, data)
+
+    def locate(self, model: Any, data: Any, lengths: np.ndarray | None) -> None:
+        """Look up the arguments of `find_contacts`, where these are others than before.
+
+        Args:
+            model: MjModel.
+            data: MjData.
             lengths: (nv,) of axes; see `Engine.axis_lengths`.
         """
         if (
@@ -176,14 +196,9 @@ class ContactRows:
             self._addresses = (
                 (model._address, data._address, disabled, *scaled, *swapped) if place >= 0 else ()
             )
-        if self._addresses:
-            finding().find_contacts(*self._addresses, flags)
-            return
-        without(_NO_CONTACTS | _NO_ROWS, partial(first_half, lengths, None), model, data)
-        without(flags, partial(find_with_welds, self.welds), model, data)
 
     def known_addresses(self, data: Any) -> tuple[int, ...] | None:
-        """Return the arguments of `find_contacts`, as found in the last step; none for other data."""
+        """Return the arguments of `find_contacts`, as found last; none for other data."""
         return self._addresses if self._data is data and self._known_welds is self.welds else None
 
     def find_with_others(

@@ -75,7 +75,7 @@ _STATES = 8
 """Saved states of which it is kept what was written, for programs that restore the same again and again."""
 _NO_GEOMS = np.zeros(0, np.int32)
 _REFRESHES = 1024
-"""Most changes of filters between two steps that are followed in their order; of more, the last half."""
+"""Changes of filters between two steps that are followed in their order at least; of more, the last ones."""
 _BLANK = mujoco.MjContact()
 """Given to MuJoCo for contacts that are written then."""
 
@@ -171,13 +171,14 @@ class Manifolds:
         added, points = self._links_of(*entry), self.points
         count, room = points.notes.item(REFRESHED), points.refreshed
         if count + len(added) > len(room):
-            room = np.zeros(max(2 * (count + len(added)), 16), np.int32)
-            room[:count] = points.refreshed[:count]
-            self.points = points._replace(refreshed=room)
+            kept = room[max(count - _REFRESHES, 0) : count].copy()
+            count = len(kept)
+            if len(room) < 2 * (count + len(added)):
+                room = np.zeros(max(2 * (count + len(added)), 16), np.int32)
+                self.points = points._replace(refreshed=room)
+            room[:count] = kept
         room[count : count + len(added)] = added
         points.notes[REFRESHED] = count + len(added)
-        if len(room) > _REFRESHES:
-            self._write_refreshed()
 
     def _links_of(self, body: int, link: int | None) -> np.ndarray:
         """Return one or all links of a body as MuJoCo's bodies."""

@@ -21,6 +21,7 @@ from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
+from roboyard.sim.stepping.sequential.detection import Detection
 from roboyard.sim.stepping.sequential.motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
 from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
@@ -34,6 +35,7 @@ kernels = lazy_module("roboyard.sim.stepping.kernels")
 effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
 field_contacts = lazy_module("roboyard.sim.stepping.narrow_phase.field_contacts")
 finding = lazy_module("roboyard.sim.stepping.impulses.finding")
+surface_shifts = lazy_module("roboyard.sim.stepping.narrow_phase.surface_shifts")
 slide_kernels = lazy_module("roboyard.sim.stepping.sequential.slide_kernels")
 order = lazy_loop("roboyard.sim.stepping.impulses.order", "execute")
 
@@ -618,18 +620,70 @@ class Stepping:
 
     def _detect_directly(self, model: Any, data: Any) -> bool:
         """Do what `detect` does in two compiled calls, as prepared by a step; return whether it could."""
-        compiled, in_turn = self._compiled, self.in_turn
-        if compiled is None or self._soft.by_id or self._windows.shows_slots:
+        addresses = self._detection_addresses(model, data)
+        if not addresses:
             return False
-        found, addresses = compiled[1], in_turn.contact_rows.known_addresses(data)
-        if not addresses or in_turn.prepared(found, compiled[0].timestep) is None:
-            return False
+        assert self._compiled is not None
         finding().collide(*addresses, self._flags_of_fields(model, data))
-        if in_turn.execute(found, r.KEEP, r.KEEP) == r.POINTS_ARE_NEW:
+        answer = self.in_turn.execute(self._compiled[1], r.KEEP, r.KEEP)
+        self._finish_detection(model, data, answer)
+        return True
+
+    def _detection_addresses(self, model: Any, data: Any) -> tuple[int, ...] | None:
+        """Return the arguments of the loop that finds contacts, once all is prepared; none without that loop.
+
+        Programs that plan motions detect contacts without any step.
+        """
+        if self._compiled is None:
+            self._compiled = self._look_up(model, data)
+        found, timestep = self._compiled[1], self._compiled[0].timestep
+        in_turn, own = self.in_turn, self.in_turn.contact_rows
+        if self._soft.by_id or self._windows.shows_slots or not found.is_direct:
+            return None
+        if in_turn.prepared(found, timestep) is None:
+            self._prepare(model, data, timestep)
+            in_turn.bundle_of(found)
+            own.locate(model, data, self._world.axis_lengths())
+            if own.last is None and not data.nefc:
+                own.note_none()
+        elif own.known_addresses(data) is None:
+            own.locate(model, data, self._world.axis_lengths())
+        return own.known_addresses(data)
+
+    def _finish_detection(self, model: Any, data: Any, answer: int) -> None:
+        """Add points and move contacts to the surfaces, once contacts are found and their points kept."""
+        assert self._compiled is not None
+        found = self._compiled[1]
+        if self.in_turn.go_on(answer, found, r.KEEP, r.KEEP, 0, r.OF_NONE) == r.POINTS_ARE_NEW:
             self.manifolds.add(model, data, found)
         if found.counts_now()[0]:
             self.surfaces.shift_contacts(model, data, found)
-        return True
+
+    def detection(self, model: Any, data: Any) -> Detection | None:
+        """Return what `detect` does as compiled calls; None where there are others, or fields or windows."""
+        addresses = self._detection_addresses(model, data)
+        if not addresses or model.nhfield or self._windows.is_active or not self._world.hard_contacts:
+            return None
+        assert self._compiled is not None
+        found, in_turn, surfaces, manifolds = self._compiled[1], self.in_turn, self.surfaces, self.manifolds
+        margins, _ = surfaces.margins_and_reaches(model, data)
+        kept = (
+            (self, "_compiled"), (in_turn, "_known"), (in_turn, "_bundle"), (in_turn.contact_rows, "welds"),
+            (in_turn.contact_rows, "_addresses"), (surfaces, "_widths"), (manifolds, "_bound"),
+            (manifolds, "points"), (found, "search"), (self._world, "profile"), (self.motors, "arrays"),
+        )  # fmt: skip
+        shifts = surface_shifts()
+        return Detection(
+            kept=tuple(part for owner, name in kept for part in (owner, name, getattr(owner, name))),
+            manifolds=manifolds,
+            collide=finding().collide,
+            collided=(*addresses, 0),
+            execute=order().execute,
+            executed=(in_turn.prepared(found, self._compiled[0].timestep), r.KEEP, r.KEEP, 0, r.OF_NONE),
+            finish=partial(self._finish_detection, model, data),
+            shift=shifts.shift_found,
+            shifted=(shifts.FOUND.of(found.contacts), found.search.counts, margins),
+        )
 
     def _solve(
         self, model: Any, data: Any, found: StepRows, timestep: float, *, slides: bool, alone: bool

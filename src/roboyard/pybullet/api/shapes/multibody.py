@@ -61,6 +61,8 @@ _NO_RANGE = Limit(lower=1.0, upper=-1.0)
 CACHE_SIZE = 256
 """Number of cached shapes and links; scripts create the same bodies many times."""
 _VALUES = ("name", "mass", "moments", "frame", "collisions", "visuals", "joint", "parent")
+_lone_models: dict[tuple[Any, ...], tuple[Any, Any, BodyModel]] = {}
+"""Models of bodies without links, with their shapes, by mass, ids of the shapes and inertial frame."""
 _bounds_of = partial(link_bounds, implicit_cylinder=True, from_file=False)
 _known_bounds_of = lru_cache(CACHE_SIZE)(_bounds_of)
 """Cached bounds, for shapes that are not read from files."""
@@ -137,15 +139,18 @@ def createMultiBody(
         vector3_or(baseInertialFramePosition, _NOWHERE),
         quaternion_or(baseInertialFrameOrientation, _IDENTITY),
     )
-    base = _link(scene, "link0", number(baseMass), baseCollisionShapeIndex, baseVisualShapeIndex, frame)
-    parents = [whole(parent) for parent in linkParentIndices]
-    keeps_order = bool(whole(flags) & c.URDF_MAINTAIN_LINK_ORDER)
-    order = range(1, len(parents) + 1) if keeps_order else _depth_first(parents)
-    rows, links, places = list(zip(*lists, strict=True)), [base], {0: -1}
-    for given in order:
-        links.append(_jointed_link(scene, given, places, *rows[given - 1]))
-        places[given] = len(places) - 1
-    model = _model(links)
+    base = number(baseMass), whole(baseCollisionShapeIndex), whole(baseVisualShapeIndex), frame
+    if not len(linkParentIndices):
+        model = _lone_model(scene, *base)
+    else:
+        parents = [whole(parent) for parent in linkParentIndices]
+        keeps_order = bool(whole(flags) & c.URDF_MAINTAIN_LINK_ORDER)
+        order = range(1, len(parents) + 1) if keeps_order else _depth_first(parents)
+        rows, links, places = list(zip(*lists, strict=True)), [_link(scene, "link0", *base)], {0: -1}
+        for given in order:
+            links.append(_jointed_link(scene, given, places, *rows[given - 1]))
+            places[given] = len(places) - 1
+        model = _model(links)
     place = vector3_or(basePosition, _NOWHERE), quaternion_or(baseOrientation, _IDENTITY)
     rigid = bool(whole(useMaximalCoordinates))
     places = [place[0]] if batchPositions is None or not len(batchPositions) else batchPositions
@@ -163,6 +168,21 @@ def createMultiBody(
             raise failure(_FAILED, str(problem)) from problem
         ids.append(record.number)
     return ids[0] if batchPositions is None or not len(batchPositions) else tuple(ids)
+
+
+def _lone_model(scene: PhysicsScene, mass: float, collision: int, visual: int, frame: Pose) -> BodyModel:
+    """Return the model of a body without links; cached by its shapes where these never change."""
+    shapes, look = scene.collision_shapes.get(collision), scene.visual_shapes.get(visual)
+    key = mass, id(shapes), id(look), frame.position, frame.quaternion
+    known = _lone_models.get(key)
+    if known is None or known[0] is not shapes or known[1] is not look:
+        model = _model([_link(scene, "link0", mass, collision, visual, frame)])
+        if not _is_plain(model.description):
+            return model
+        known = _lone_models[key] = shapes, look, model
+        while len(_lone_models) > CACHE_SIZE:
+            del _lone_models[next(iter(_lone_models))]
+    return replace(known[2])  # a base that is freed is noted there
 
 
 def _link(scene: PhysicsScene, name: str, mass: float, collision: int, visual: int, frame: Pose) -> LinkModel:

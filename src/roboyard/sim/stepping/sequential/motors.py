@@ -198,7 +198,7 @@ class SequentialMotors:
 
         The rows must be in MuJoCo's block.
         """
-        handing_over().hand_over(self._bundle_of(found))
+        handing_over().hand_over(self.bundle_of(found))
 
     def correct_slides(self, found: StepRows, acceleration: np.ndarray, timestep: float) -> float:
         """Remove the lift of sliding contacts after MuJoCo's solver; return the largest change (m/s).
@@ -222,7 +222,7 @@ class SequentialMotors:
             remade: 1 where rows were made again, without their velocities.
             makes: which rows are made here instead of by MuJoCo.
         """
-        answer = order().execute(self._bundle_of(found), first, last, remade, makes)
+        answer = order().execute(self.bundle_of(found), first, last, remade, makes)
         return self.go_on(answer, found, first, last, remade, makes)
 
     def go_on(self, answer: int, found: StepRows, first: int, last: int, remade: int, makes: int) -> int:
@@ -244,7 +244,7 @@ class SequentialMotors:
                 self._grow(counts[0], max(counts[ALL], int(self.contact_rows.counts[ALL])))
                 if answer == r.ROOM_FOR_ROWS:
                     first = max(first, r.MAKE)
-            answer = order().execute(self._bundle_of(found), first, last, remade, makes)
+            answer = order().execute(self.bundle_of(found), first, last, remade, makes)
         return answer
 
     def prepared(self, found: StepRows, timestep: float) -> Any:
@@ -265,7 +265,7 @@ class SequentialMotors:
             return None
         return bundle
 
-    def _bundle_of(self, found: StepRows) -> Any:
+    def bundle_of(self, found: StepRows) -> Any:
         """Return all arrays of a step as one argument of compiled loops."""
         if not found.is_direct:
             found.look()
