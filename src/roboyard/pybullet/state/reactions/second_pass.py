@@ -63,41 +63,28 @@ LINKS = Bundle(
 def second_pass(links, timestep, pushes, acceleration, motions, wrenches, efforts):  # pragma: no cover
     """Write the forces in the joints above all links in the second pass, at given accelerations.
 
-    pushes: (nv,) forces of the motors of prismatic joints (N), 0 of others. acceleration: (nv,) of all. motions: (nbody, `MOVES`), work array. wrenches: (nbody, 6)
-    forces (N) and torques (N m) at the links' centres of mass, written. efforts: (nv,) what they do along the
-    degrees of freedom (N or N m), written: the accelerations of the pass are those for which it is 0.
+    pushes: (nv,) forces of the motors of prismatic joints (N), 0 of others. acceleration: (nv,) of all.
+    motions: (nbody, `MOVES`), work array. wrenches: (nbody, 6) forces (N) and torques (N m) at the links'
+    centres of mass, written. efforts: (nv,) what they do along the degrees of freedom (N or N m), written:
+    the accelerations of the pass are those for which it is 0.
     """
-    for b in range(links.parent.shape[0]):
-        for k in range(MOVES):
-            motions[b, k] = 0.0
-        for k in range(6):
-            wrenches[b, k] = 0.0
+    wrenches[:] = 0.0
+    motions[:] = 0.0
     for b in range(1, links.parent.shape[0]):
         if links.parent[b] > 0 or links.dofs[b] > 0:
             move(links, timestep, acceleration, motions, b)
             push(links, motions, wrenches, b)
     for b in range(1, links.parent.shape[0]):
         above = links.parent[b]
-        for d in range(links.first_dof[b], links.first_dof[b] + links.dofs[b]):
-            if pushes[d] != 0.0 and above > 0:
-                x, y, z = (
-                    pushes[d] * links.axes[d, 3],
-                    pushes[d] * links.axes[d, 4],
-                    pushes[d] * links.axes[d, 5],
-                )
-                i = links.middle[b, 0] - links.middle[above, 0]
-                j = links.middle[b, 1] - links.middle[above, 1]
-                k = links.middle[b, 2] - links.middle[above, 2]
-                wrenches[above, 3] -= j * z - k * y
-                wrenches[above, 4] -= k * x - i * z
-                wrenches[above, 5] -= i * y - j * x
+        for d in range(links.first_dof[b], links.first_dof[b] + links.dofs[b] if above > 0 else 0):
+            force = times(pushes[d], vector(links.axes, d, 3))
+            apart = minus(vector(links.middle, b, 0), vector(links.middle, above, 0))
+            put(wrenches, above, 3, minus(vector(wrenches, above, 3), cross(apart, force)))
     hand_up(links, wrenches)
     for b in range(1, links.parent.shape[0]):
-        x, y, z = wrenches[b, 0], wrenches[b, 1], wrenches[b, 2]
         for d in range(links.first_dof[b], links.first_dof[b] + links.dofs[b]):
-            u, v, w = at_middle(links, b, links.axes[d])
-            turn = links.axes[d, 0] * wrenches[b, 3] + links.axes[d, 1] * wrenches[b, 4]
-            efforts[d] = turn + links.axes[d, 2] * wrenches[b, 5] + u * x + v * y + w * z
+            effort = dot(at_middle(links, b, links.axes, d), vector(wrenches, b, 0))
+            efforts[d] = effort + dot(vector(links.axes, d, 0), vector(wrenches, b, 3))
 
 
 @compiled(LINKS, "f8[:,::1] f8[:,::1]")
@@ -106,21 +93,13 @@ def add_drag(links, forces, wrenches):  # pragma: no cover
 
     forces: (nbody, 6), work array. wrenches: (nbody, 6) of `second_pass`.
     """
-    for b in range(links.parent.shape[0]):
-        for k in range(6):
-            forces[b, k] = 0.0
+    forces[:] = 0.0
     for b in range(1, links.parent.shape[0]):
-        if links.parent[b] == 0 and links.dofs[b] == 0:
-            continue
-        own = links.velocity[b]
-        x, y, z = at_middle(links, b, own)
-        drag = links.damping[b, 0] + links.damping[b, 1] * math.sqrt(x * x + y * y + z * z)
-        drag *= links.mass[b]
-        forces[b, 0], forces[b, 1], forces[b, 2] = drag * x, drag * y, drag * z
-        x, y, z = momentum(links, b, own[0], own[1], own[2])
-        drag = math.sqrt(own[0] * own[0] + own[1] * own[1] + own[2] * own[2])
-        drag = links.damping[b, 2] + links.damping[b, 3] * drag
-        forces[b, 3], forces[b, 4], forces[b, 5] = drag * x, drag * y, drag * z
+        if links.parent[b] > 0 or links.dofs[b] > 0:
+            turn = vector(links.velocity, b, 0)
+            force, torque = drag(links, b, at_middle(links, b, links.velocity, b), turn)
+            put(forces, b, 0, force)
+            put(forces, b, 3, torque)
     hand_up(links, forces)
     for b in range(links.parent.shape[0]):
         for k in range(6):
@@ -131,100 +110,109 @@ def hand_up(links, wrenches):
     """Add forces and torques at links' centres of mass to those of the links that carry them."""
     for b in range(links.parent.shape[0] - 1, 0, -1):
         above = links.parent[b]
-        if above == 0:
-            continue
-        x, y, z = wrenches[b, 0], wrenches[b, 1], wrenches[b, 2]
-        i = links.middle[b, 0] - links.middle[above, 0]
-        j = links.middle[b, 1] - links.middle[above, 1]
-        k = links.middle[b, 2] - links.middle[above, 2]
-        wrenches[above, 0] += x
-        wrenches[above, 1] += y
-        wrenches[above, 2] += z
-        wrenches[above, 3] += wrenches[b, 3] + j * z - k * y
-        wrenches[above, 4] += wrenches[b, 4] + k * x - i * z
-        wrenches[above, 5] += wrenches[b, 5] + i * y - j * x
+        if above > 0:
+            apart = minus(vector(links.middle, b, 0), vector(links.middle, above, 0))
+            force = vector(wrenches, b, 0)
+            torque = plus(vector(wrenches, b, 3), cross(apart, force))
+            put(wrenches, above, 0, plus(vector(wrenches, above, 0), force))
+            put(wrenches, above, 3, plus(vector(wrenches, above, 3), torque))
 
 
-def at_middle(links, b, motion):
-    """Return the velocity of a link's centre of mass in a motion that is about the centre of its tree."""
-    root = links.root[b]
-    x = links.middle[b, 0] - links.tree_middle[root, 0]
-    y = links.middle[b, 1] - links.tree_middle[root, 1]
-    z = links.middle[b, 2] - links.tree_middle[root, 2]
-    a, b_, c = motion[0], motion[1], motion[2]
-    return motion[3] + b_ * z - c * y, motion[4] + c * x - a * z, motion[5] + a * y - b_ * x
+def at_middle(links, b, motions, row):
+    """Return the velocity of a link's centre of mass in one of the motions about the centre of its tree."""
+    apart = minus(vector(links.middle, b, 0), vector(links.tree_middle, links.root[b], 0))
+    return plus(vector(motions, row, 3), cross(vector(motions, row, 0), apart))
 
 
 def move(links, timestep, acceleration, motions, b):
-    """Write the velocity of a link, that of its joint, and the rates of its velocity as it has them itself."""
+    """Write the velocity of a link and its rate, in axes that turn with the link.
+
+    The joint's own velocity v_j adds v x v_j to the rate, with v that of the link (the spatial product).
+    """
     above = links.parent[b]
-    a = c = d = e = f = g = 0.0
-    p = q = r = s = t = u = 0.0
-    for n in range(links.first_dof[b], links.first_dof[b] + links.dofs[b]):
-        x, y, z = at_middle(links, b, links.axes[n])
-        gained, rate = timestep * links.smooth[n], acceleration[n]
-        a, c, d = a + gained * links.axes[n, 0], c + gained * links.axes[n, 1], d + gained * links.axes[n, 2]
-        e, f, g = e + gained * x, f + gained * y, g + gained * z
-        p, q, r = p + rate * links.axes[n, 0], q + rate * links.axes[n, 1], r + rate * links.axes[n, 2]
-        s, t, u = s + rate * x, t + rate * y, u + rate * z
-    own = links.velocity[b]
-    x, y, z = at_middle(links, b, own)
+    turn, speed = vector(links.velocity, b, 0), at_middle(links, b, links.velocity, b)
+    own_turn, own_speed, spin, rate = turn, speed, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     if above > 0:
-        before = links.velocity[above]
-        i, j, k = at_middle(links, b, before)
-        a, c, d = a + own[0] - before[0], c + own[1] - before[1], d + own[2] - before[2]
-        e, f, g = e + x - i, f + y - j, g + z - k
-        i = links.middle[b, 0] - links.middle[above, 0]
-        j = links.middle[b, 1] - links.middle[above, 1]
-        k = links.middle[b, 2] - links.middle[above, 2]
-        wx, wy, wz = motions[above, TURN], motions[above, TURN + 1], motions[above, TURN + 2]
-        x = motions[above, SPEED] + wy * k - wz * j + e
-        y = motions[above, SPEED + 1] + wz * i - wx * k + f
-        z = motions[above, SPEED + 2] + wx * j - wy * i + g
-        wx, wy, wz = wx + a, wy + c, wz + d
-        ax, ay, az = motions[above, SPIN], motions[above, SPIN + 1], motions[above, SPIN + 2]
-        s += motions[above, RATE] + ay * k - az * j + wy * g - wz * f + y * d - z * c
-        t += motions[above, RATE + 1] + az * i - ax * k + wz * e - wx * g + z * a - x * d
-        u += motions[above, RATE + 2] + ax * j - ay * i + wx * f - wy * e + x * c - y * a
-        p, q, r = p + ax + wy * d - wz * c, q + ay + wz * a - wx * d, r + az + wx * c - wy * a
-    else:
-        wx, wy, wz = own[0] + a, own[1] + c, own[2] + d
-        x, y, z = x + e, y + f, z + g
-    motions[b, SPEED], motions[b, SPEED + 1], motions[b, SPEED + 2] = x, y, z
-    motions[b, TURN], motions[b, TURN + 1], motions[b, TURN + 2] = wx, wy, wz
-    motions[b, RATE], motions[b, RATE + 1], motions[b, RATE + 2] = s, t, u
-    motions[b, SPIN], motions[b, SPIN + 1], motions[b, SPIN + 2] = p, q, r
+        own_turn = minus(turn, vector(links.velocity, above, 0))
+        own_speed = minus(speed, at_middle(links, b, links.velocity, above))
+    for d in range(links.first_dof[b], links.first_dof[b] + links.dofs[b]):
+        axis, way, gained = vector(links.axes, d, 0), at_middle(links, b, links.axes, d), links.smooth[d]
+        own_turn = plus(own_turn, times(timestep * gained, axis))
+        own_speed = plus(own_speed, times(timestep * gained, way))
+        spin, rate = plus(spin, times(acceleration[d], axis)), plus(rate, times(acceleration[d], way))
+    turn, speed = own_turn, own_speed
+    if above > 0:
+        apart = minus(vector(links.middle, b, 0), vector(links.middle, above, 0))
+        carried, its_spin = vector(motions, above, TURN), vector(motions, above, SPIN)
+        turn = plus(carried, own_turn)
+        speed = plus(plus(vector(motions, above, SPEED), cross(carried, apart)), own_speed)
+        spin = plus(plus(its_spin, spin), cross(turn, own_turn))
+        rate = plus(plus(vector(motions, above, RATE), cross(its_spin, apart)), rate)
+        rate = plus(rate, plus(cross(turn, own_speed), cross(speed, own_turn)))
+    put(motions, b, SPEED, speed)
+    put(motions, b, TURN, turn)
+    put(motions, b, RATE, rate)
+    put(motions, b, SPIN, spin)
 
 
 def push(links, motions, wrenches, b):
     """Write the force and the torque that accelerate a link, and those that are against its drag."""
-    x, y, z = motions[b, SPEED], motions[b, SPEED + 1], motions[b, SPEED + 2]
-    wx, wy, wz = motions[b, TURN], motions[b, TURN + 1], motions[b, TURN + 2]
-    mass = links.mass[b]
-    drag = links.damping[b, 0] + links.damping[b, 1] * math.sqrt(x * x + y * y + z * z)
-    wrenches[b, 0] = mass * (motions[b, RATE] + drag * x)
-    wrenches[b, 1] = mass * (motions[b, RATE + 1] + drag * y)
-    wrenches[b, 2] = mass * (motions[b, RATE + 2] + drag * z)
+    speed, turn = vector(motions, b, SPEED), vector(motions, b, TURN)
+    force, torque = drag(links, b, speed, turn)
+    force = plus(force, times(links.mass[b], vector(motions, b, RATE)))
     if links.parent[b] == 0:
-        wrenches[b, 0] += mass * (wy * z - wz * y)
-        wrenches[b, 1] += mass * (wz * x - wx * z)
-        wrenches[b, 2] += mass * (wx * y - wy * x)
-    drag = links.damping[b, 2] + links.damping[b, 3] * math.sqrt(wx * wx + wy * wy + wz * wz)
-    tx, ty, tz = momentum(links, b, wx, wy, wz)
-    ax, ay, az = momentum(links, b, motions[b, SPIN], motions[b, SPIN + 1], motions[b, SPIN + 2])
-    wrenches[b, 3] = ax + drag * tx + wy * tz - wz * ty
-    wrenches[b, 4] = ay + drag * ty + wz * tx - wx * tz
-    wrenches[b, 5] = az + drag * tz + wx * ty - wy * tx
+        force = plus(force, times(links.mass[b], cross(turn, speed)))
+    torque = plus(torque, momentum(links, b, vector(motions, b, SPIN)))
+    put(wrenches, b, 0, force)
+    put(wrenches, b, 3, plus(torque, cross(turn, momentum(links, b, turn))))
 
 
-def momentum(links, b, x, y, z):
+def drag(links, b, speed, turn):
+    """Return the force and the torque against a link's drag, at its velocity and angular velocity."""
+    linear = links.damping[b, 0] + links.damping[b, 1] * math.sqrt(dot(speed, speed))
+    angular = links.damping[b, 2] + links.damping[b, 3] * math.sqrt(dot(turn, turn))
+    return times(links.mass[b] * linear, speed), times(angular, momentum(links, b, turn))
+
+
+def momentum(links, b, turn):
     """Return the inertia of a link times a vector."""
-    turned = links.turned[b]
-    a = links.inertia[b, 0] * (turned[0] * x + turned[3] * y + turned[6] * z)
-    c = links.inertia[b, 1] * (turned[1] * x + turned[4] * y + turned[7] * z)
-    d = links.inertia[b, 2] * (turned[2] * x + turned[5] * y + turned[8] * z)
-    return (
-        turned[0] * a + turned[1] * c + turned[2] * d,
-        turned[3] * a + turned[4] * c + turned[5] * d,
-        turned[6] * a + turned[7] * c + turned[8] * d,
-    )
+    found = (0.0, 0.0, 0.0)
+    for k in range(3):
+        axis = links.turned[b, k], links.turned[b, 3 + k], links.turned[b, 6 + k]
+        found = plus(found, times(links.inertia[b, k] * dot(axis, turn), axis))
+    return found
+
+
+def vector(rows, row, start):
+    """Return three numbers of a row."""
+    return rows[row, start], rows[row, start + 1], rows[row, start + 2]
+
+
+def put(rows, row, start, a):
+    """Write three numbers into a row."""
+    rows[row, start], rows[row, start + 1], rows[row, start + 2] = a
+
+
+def plus(a, b):
+    """Return the sum of two vectors."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def minus(a, b):
+    """Return the difference of two vectors."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def times(factor, a):
+    """Return a multiple of a vector."""
+    return factor * a[0], factor * a[1], factor * a[2]
+
+
+def dot(a, b):
+    """Return the product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a, b):
+    """Return the cross product of two vectors."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
