@@ -139,9 +139,9 @@ def taken(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     found: list[int] = []
     renew = KeptWorld.renew
 
-    def noted(self: KeptWorld, bodies: Any) -> None:
-        found.append(len(bodies))
-        renew(self, bodies)
+    def noted(self: KeptWorld, key: Any, changes: Any) -> None:
+        found.append(len(key.bodies))
+        renew(self, key, changes)
 
     monkeypatch.setattr(KeptWorld, "renew", noted)
     return found
@@ -390,6 +390,39 @@ def test_the_first_changed_world_is_compiled_again(client: int, files: Path, tak
     assert [episode(count) for count in (2, 2, 2, 3, 2, 2, 2)] == [2, 2, 2, 3, 2, 2, 2]
     assert taken == [2, 2]
     assert np.isfinite(p.getBasePositionAndOrientation(0)[0]).all()
+
+
+def test_bodies_of_random_sizes_and_friction_are_taken_over(
+    files: Path, monkeypatch: pytest.MonkeyPatch, taken: list[int]
+) -> None:
+    def episodes() -> list[float]:
+        p.connect(p.DIRECT)
+        drawn, found = np.random.default_rng(4), list[float]()
+        for _ in range(EPISODES):
+            p.resetSimulation()
+            p.setGravity(0, 0, -9.8)
+            p.loadURDF(str(files / "plane.urdf"), useFixedBase=True)
+            arm = p.loadURDF(str(files / "arm.urdf"), [0.4, 0, 0], useFixedBase=True)
+            p.changeDynamics(arm, 1, lateralFriction=drawn.uniform(0.2, 1.0))
+            for k in range(3):
+                shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=drawn.uniform(0.03, 0.08, 3).tolist())
+                made = p.createMultiBody(drawn.uniform(0.1, 1.0), shape, basePosition=[0.3 * k - 0.8, 0, 0.1])
+                p.changeDynamics(made, -1, lateralFriction=drawn.uniform(0.2, 1.0))
+            for _step in range(STEPS):
+                p.stepSimulation()
+            for body in range(p.getNumBodies()):
+                found += [*p.getBasePositionAndOrientation(body)[0], *p.getBaseVelocity(body)[0]]
+                found += [value for corner in p.getAABB(body) for value in corner]
+                found += p.getDynamicsInfo(body, -1)[:2]
+            found += [number for row in p.getContactPoints() for number in row[9:11]]
+        p.disconnect()
+        return found
+
+    reused = episodes()
+    assert len(taken) >= EPISODES - 3
+    with monkeypatch.context() as patch:
+        patch.setattr(Engine, "_compile_key", lambda _: None)
+        assert reused == pytest.approx(episodes(), rel=1e-9, abs=1e-9)
 
 
 def create_and_remove(files: Path) -> list[Any]:

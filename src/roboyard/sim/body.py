@@ -395,11 +395,15 @@ class Body:
         self.form = build(
             spec, assets, plan.description, plan.prefix, plan.position, plan.quaternion, plan.options
         )
-        for link, sliding, spinning, rolling in plan.frictions:
-            self.links[link].set_friction(sliding=sliding, spinning=spinning, rolling=rolling)
+        self.set_frictions(plan)
         for joint, armature in plan.armatures.items():
             self.joints[joint].armature = armature
         self._plan_edits = self.world.element_edits
+
+    def set_frictions(self, plan: PlannedBody) -> None:
+        """Set the coefficients of friction of a plan."""
+        for link, sliding, spinning, rolling in plan.frictions:
+            self.links[link].set_friction(sliding=sliding, spinning=spinning, rolling=rolling)
 
     @property
     def plan_of_elements(self) -> PlannedBody | None:

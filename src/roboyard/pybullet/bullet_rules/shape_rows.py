@@ -14,19 +14,20 @@ import numpy as np
 from roboyard.pybullet.bullet_rules.contact_reaches import (
     ENDLESS_BOX,
     ENDLESS_COVER,
+    NO_HULL,
+    PlacedShapes,
     contact_reaches,
-    shape_forms,
 )
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins, margins_of_rows, special_margins
+from roboyard.sim.stepping.shape_forms import ShapeForms
 
 if TYPE_CHECKING:
-    from roboyard.sim.stepping.shape_forms import ShapeForms
     from roboyard.sim.world import World
 
 _SHAPES, _SHAPE_SETS = "shapes of bodies", 4
 """Name in `Engine.of_arrays`, and number of sets of bodies whose shapes are kept."""
 
-Numbers = tuple[np.ndarray, np.ndarray, "ShapeForms"]
+Numbers = tuple[np.ndarray, np.ndarray, ShapeForms]
 
 
 class ShapeRows:
@@ -121,6 +122,42 @@ class ShapeRows:
             shapes.spans[rows] = len(shapes.hulls), 0
             placed[key] = record
         return True
+
+
+def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -> ShapeForms:
+    """Return the shapes of all geoms of an MjModel.
+
+    Args:
+        model: the MjModel.
+        bodies: the shapes of each, and the (k,) rows of its links among MuJoCo's bodies.
+    """
+    geoms = model.ngeom
+    boxes, compound = np.empty((geoms, 4, 3)), np.zeros(geoms, np.uint8)
+    boxes[:] = ENDLESS_BOX
+    covers, parts = np.empty((model.nbody, 5, 3)), np.empty((geoms, 5, 3))
+    covers[:] = parts[:] = ENDLESS_COVER
+    rounding, spans = np.zeros(geoms), np.zeros((geoms, 2), np.int32)
+    corners = NO_HULL
+    if bodies:
+        places = np.array([geom for body, _ in bodies for geom in body.geoms], np.intp)
+        boxes[places] = np.concatenate([body.boxes for body, _ in bodies])
+        parts[places] = np.concatenate([body.parts for body, _ in bodies])
+        covers[np.concatenate([rows for _, rows in bodies])] = np.concatenate([b.covers for b, _ in bodies])
+        rounding[places] = np.concatenate([body.rounding for body, _ in bodies])
+        lengths = np.concatenate([body.lengths for body, _ in bodies])
+        spans[places, 1] = lengths
+        spans[places, 0] = np.cumsum(lengths) - lengths
+        corners = np.concatenate([NO_HULL, *(hull for body, _ in bodies for hull in body.hulls if len(hull))])
+        compound[places] = np.concatenate([body.compound for body, _ in bodies])
+    return ShapeForms(
+        boxes=boxes,
+        covers=covers,
+        parts=parts,
+        compound=compound,
+        rounding=rounding,
+        hulls=corners,
+        spans=spans,
+    )
 
 
 def _of_geoms(values: Sequence[float], geoms: Sequence[Sequence[int]]) -> list[float]:

@@ -331,13 +331,18 @@ class BodyRecord:
             from roboyard.pybullet.bullet_rules.contact_reaches import first_boxes
 
             options = {"at_inertial": self.kind != MULTIBODY, "is_mjcf": self.is_mjcf}
-            known[key] = first_boxes(self.forms(model).covers, self.model.links, **options)
+            covers, links = self.forms(model).covers, self.model.links
+            is_at_link = len(links) == 1 and self.base_is_plain
+            known[key] = covers if is_at_link else first_boxes(covers, links, **options)
         return known[key], np.array(self.first_pose)
 
     def _place_shapes(self, rows: Sequence[Sequence[int]]) -> PlacedShapes:
-        from roboyard.pybullet.bullet_rules.contact_reaches import cover_of, place_shapes
+        from roboyard.pybullet.bullet_rules.contact_reaches import cover_of, place_shapes, plain_shape
 
         bounds = [self.bounds(link - 1) for link in range(len(self.links))]
+        plain = plain_shape(self.model.links, *bounds[0], rows)
+        if plain is not None:
+            return plain
         widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
         compound = [
             max(kind - CONVEX, int(box.kind == "compound" and not is_field(link.collisions)))
