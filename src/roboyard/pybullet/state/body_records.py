@@ -240,6 +240,8 @@ class BodyRecord:
         self.link_reader: LinkReader | None = None
         self.moved_link_reader: MovedLinkReader | None = None
         """Reads a link's state; created on first use."""
+        self.reaction_reader: Any = None
+        """Reads reactions in joints; created on first use."""
         self.link_pusher: LinkPusher | None = None
         """Pushes a link; created on first use."""
         self.link_boxes: LinkBoxes | None = None
@@ -421,6 +423,7 @@ class BodyRecord:
         self.link_groups.clear()
         self.chain_places = None
         self.link_reader = self.moved_link_reader = self.link_pusher = self.link_boxes = self.sides = None
+        self.reaction_reader = None
         self._layout = self._tree = None
         self._has_tree = True
         self.rows = list(rows)

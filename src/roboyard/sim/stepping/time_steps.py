@@ -426,8 +426,8 @@ class Stepping:
 
     def find_reactions(self, model: Any, data: Any) -> None:
         """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, as `mj_rnePostConstraint` does."""
-        own = self._own_forces(data)
-        if not own.any():
+        own = self._own_forces(data) if data.ncon else None
+        if own is None or not own.any():
             mujoco.mj_rnePostConstraint(model, data)
             return
         assert self._compiled is not None
