@@ -112,10 +112,11 @@ def getJointStates(
     states = group.read(record, scene.motor_forces())
     if record.sensors.isdisjoint(group.joints):
         return states
-    return tuple(
-        (q, v, _reaction(client, record, joint), effort)
-        for joint, (q, v, _, effort) in zip(group.joints, states, strict=True)
-    )
+    found = list(states)
+    for place, joint in enumerate(group.joints):
+        if joint in record.sensors:
+            found[place] = *found[place][:2], _reaction(client, record, joint), found[place][3]
+    return tuple(found)
 
 
 @command()
