@@ -133,9 +133,7 @@ class ShapeRows:
         return True
 
 
-def shape_forms(
-    model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]
-) -> tuple[ShapeForms, Hulls]:
+def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -> tuple[ShapeForms, Hulls]:
     """Return the shapes of all geoms of an MjModel, and the hulls among them.
 
     Args:

@@ -161,7 +161,8 @@ class PoolRows:
             else:
                 names = INACTIVE_FIELDS if slot.built is None else (*INACTIVE_FIELDS, *INACTIVE_JOINTS)
         else:
-            names = () if self._write_whole(slot, template) else blocks
+            # the places of all bytes take longer to find than to write the blocks once
+            names = () if not slot.is_pristine and self._write_whole(slot, template) else blocks
         for label in names:
             block, start = blocks[label], starts[kinds[label]]
             self._array(label)[start : start + len(block)] = block
