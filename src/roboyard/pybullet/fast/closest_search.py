@@ -37,6 +37,8 @@ class ClosestSearch:
         )
         self._shapes = kernels.CLOSEST.of(shapes, *chain_of(world).records)
         self._room = self.make_room(16)
+        self.seen: dict[tuple[int, int], tuple[Side, Any]] = {}
+        """Sides of queries by body and link, -2 for all, and what machine code has of each."""
 
     def make_room(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return arrays for so many pairs: (count, NUMBERS) and (count, 2); see the loop."""
