@@ -111,7 +111,8 @@ for k in range(1500):  # until machine code reads it
     if k % 100 == 0:
         p.stepSimulation()
     p.getConstraintState(held)
-print(*(name for name in ("mujoco", "mujoco._enums", "logging", "numpy.ctypeslib", "PIL") if name in sys.modules))
+heavy = "mujoco", "mujoco._enums", "logging", "numpy.ctypeslib", "PIL"
+print(*(name for name in heavy if name in sys.modules))
 """
     output_of(code)  # compiles what is not compiled yet
     assert output_of(code).split() == []
