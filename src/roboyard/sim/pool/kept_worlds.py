@@ -45,8 +45,12 @@ class CompileKey:
     numbers: dict[int, Numbers | None] = field(default_factory=dict)
     """Those of bodies, by their places, that were compared with others of the same names."""
 
+    others: list[int] = field(default_factory=list)
+    """Places of bodies with other numbers than those of the key that this one was compared with last."""
+
     def is_like(self, other: CompileKey) -> bool:
         """Return whether both lead to the same model but for numbers that `KeptWorld.renew` writes."""
+        self.others = []
         return (
             len(self.bodies) == len(other.bodies)
             and self.settings == other.settings
@@ -62,6 +66,7 @@ class CompileKey:
             ours, theirs = self.numbers_at(place), other.numbers_at(place)
             if ours is None or theirs is None or ours.signature != theirs.signature:
                 return False
+            self.others.append(place)
         if one.frictions == two.frictions:
             return True
         return list(map(_form_of, one.frictions)) == list(map(_form_of, two.frictions))
@@ -109,20 +114,25 @@ class KeptWorld:
     """Mean inertia."""
     templates: dict[int, BodyTemplate] = field(default_factory=dict)
     """Those of bodies whose numbers were written, by their places."""
+    starts: dict[int, dict[str, int]] = field(default_factory=dict)
+    """First rows of these bodies in each kind of array."""
 
     def changes(self, key: CompileKey, find: Find) -> list[Change] | None:
-        """Return the bodies whose numbers are others by this key; None where they cannot be written."""
+        """Return the bodies whose numbers are others by this key; None where they cannot be written.
+
+        Args:
+            key: which was compared with that of this world last.
+            find: of templates.
+        """
         found: list[Change] = []
-        for place, (body, known) in enumerate(zip(key.bodies, self.key.bodies, strict=True)):
-            if body.is_alike_but_friction(known):
-                continue
+        for place in key.others:
             numbers, former = key.numbers_at(place), self.templates.get(place)
             if numbers is None:
                 return None
             if former is None:
                 ours = self.key.numbers_at(place)
-                former = None if ours is None else find(known, ours)
-            template = find(body, numbers)
+                former = None if ours is None else find(self.key.bodies[place], ours)
+            template = find(key.bodies[place], numbers)
             if template is None or former is None or template.family is not former.family:
                 return None
             found.append((place, template, former))
@@ -177,7 +187,9 @@ class KeptWorld:
         self.templates[place] = template
         record.link, record.mass = template.description.root, template.mass
         write_elements(record.element, record.geoms, template, former)
-        starts = row_starts(model, record.element.id)
+        starts = self.starts.get(place)
+        if starts is None:
+            starts = self.starts[place] = row_starts(model, record.element.id)
         for name in {*template.varied, *former.varied}:
             values, block = arrays.get(name), template.blocks[name]
             if values is None:
