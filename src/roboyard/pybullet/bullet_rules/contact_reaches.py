@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import pairwise
+from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,8 +73,10 @@ def reaches_of(bounds: Iterable[tuple[LinkBounds, float]]) -> list[float]:
 @lru_cache(maxsize=512)
 def _reach(box: LinkBounds, margin: float) -> float:
     """Return the largest gap of the points of a link with these bounds and this margin (m)."""
-    lower, upper = box.grown(margin)
-    return float(SHARE * (np.linalg.norm(upper - lower) / 2 + np.linalg.norm(upper + lower) / 2))
+    (a, b, c), (x, y, z) = box.grown(margin).tolist()
+    size = sqrt((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2)
+    place = sqrt((x + a) ** 2 + (y + b) ** 2 + (z + c) ** 2)
+    return SHARE * (size / 2 + place / 2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

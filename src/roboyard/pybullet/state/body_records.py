@@ -315,9 +315,12 @@ class BodyRecord:
         if self._forms[0] is not model or self._forms[1] != margins:
             key = *margins, *map(len, rows)
             known: dict[Any, PlacedShapes] = of_model(self.model, "forms", _nothing)
-            if key not in known:
-                known[key] = self._place_shapes(rows)
-            self._forms = model, margins, known[key].at(rows)
+            placed = known.get(key)
+            if placed is None:
+                placed = known[key] = self._place_shapes(rows)
+            else:
+                placed = placed.at(rows)
+            self._forms = model, margins, placed
         return self._forms[2]
 
     def first_boxes(self, model: Any) -> tuple[Array, Array] | None:
