@@ -286,6 +286,8 @@ def known_joint_of(client: Client, body: int, joint: int) -> BodyRecord:
 
 def _settable(client: Client, body: int, joint: int) -> BodyRecord:
     """Return the record of a body whose joint is set, as `joint_of`; a new one may be alone."""
+    if client.scene.new_bodies:
+        client.scene.note_boxes(body)
     return _with_joint(client.scene.readable(body, OUT_OF_RANGE), joint)
 
 

@@ -22,15 +22,20 @@ class OverlapState(NamedTuple):
     zero: int = 0
     """Key of what is prepared of the whole scene."""
     moved: str = "is_moved"
+    old: str = "frames_are_old"
+    kept: str = "kept_frames"
 
 
 _SOURCE = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ZERO, MOVED = range(3, 9)
-WORLD, UPDATE, XPOS, XQUAT, FRAMES, BOXES, ROWS, REACHES, BOX, FOUND_LINKS, OWNERS = range(3, 14)
+COMMAND, PREPARED, NONE, TRUE, ZERO, MOVED, OLD, KEPT = range(3, 11)
+WORLD, UPDATE, XPOS, XQUAT, FRAMES, BOXES, ROWS, REACHES, BOX, FOUND_LINKS, OWNERS, SCENE = range(3, 15)
 
 @part
 def has_frames(state, scene):
-    if attribute(word(scene, WORLD), word(state, MOVED)) != word(state, TRUE):
+    is_moved = attribute(word(scene, WORLD), word(state, MOVED)) == word(state, TRUE)
+    if attribute(word(scene, SCENE), word(state, OLD)) != word(state, TRUE):
+        return is_moved or attribute(word(scene, WORLD), word(state, KEPT)) == word(state, NONE)
+    if not is_moved:
         return True
     done = PyObject_Vectorcall(word(scene, UPDATE), words(), 0, 0)
     if done == 0:

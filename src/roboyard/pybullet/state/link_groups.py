@@ -11,6 +11,7 @@ import numpy as np
 import roboyard.pybullet.state.state_kernels as kernels
 from roboyard._lazy import lazy_module
 from roboyard.pybullet.state.frames import SINGLE_READS
+from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -27,6 +28,7 @@ State = tuple[Any, ...]
 _CACHE_SIZE = 64
 _CHAIN = "chain"
 """Name in `Engine.of_arrays`."""
+_NO_LINKS = np.zeros((0, 7)), np.zeros((0, 8)), np.zeros(0, np.int64)
 _positions_of, _orientations_of = Struct("3d").iter_unpack, Struct("4d").iter_unpack
 
 
@@ -202,41 +204,50 @@ class LinkBoxes:
 class SceneBoxes:
     """Boxes around the shapes of all links of a scene; valid until MuJoCo's arrays or the boxes change."""
 
-    __slots__ = ("_answers", "_arrays", "_found", "_owners", "_words", "_world")
+    __slots__ = ("_answers", "_arrays", "_found", "_kept", "_owners", "_scene", "_tables", "_words")
 
     def __init__(
-        self, world: World, records: Sequence[BodyRecord], arrays: Sequence[tuple[Array, Array, np.ndarray]]
+        self,
+        scene: PhysicsScene,
+        records: Sequence[BodyRecord],
+        arrays: Sequence[tuple[Array, Array, np.ndarray]],
+        *,
+        are_all: bool,
     ) -> None:
         """Put the boxes of bodies together; the links of the last body come first in answers.
 
         Args:
-            world: the world.
+            scene: of the bodies.
             records: bodies.
             arrays: `LinkBoxes.arrays` of each body.
+            are_all: whether there are no other bodies, so that machine code may look at these.
         """
-        data, tables = world.live_data, zip(*arrays, strict=True)
-        self._world = world
-        frames, boxes, rows = map(np.concatenate, tables)
+        self._scene, world = scene, scene.world
+        data = world.live_data
+        frames, boxes, rows = map(np.concatenate, zip(_NO_LINKS, *arrays, strict=True))
         reaches = kernels.reaches_of(frames, boxes)
-        self._arrays = kernels.BOXES.of(kernels.Boxes(data.xpos, data.xquat, frames, boxes, rows, reaches))
+        self._tables = frames, boxes, rows, reaches
+        self._arrays = kernels.BOXES.of(kernels.Boxes(data.xpos, data.xquat, *self._tables))
+        self._kept: tuple[Any, Any] = (None, None)
+        """Poses that were kept, and the same with these."""
         self._owners = [(record.number, link - 1) for record in records for link in range(len(record.rows))]
         self._found = np.zeros(6), np.zeros(len(self._owners), np.int64)
         self._words = self._found[1].data.cast("B")
         self._answers: dict[bytes, tuple[tuple[int, int], ...]] = {}  # by the places that were found
-        if "overlaps" in world.prepared:
+        if are_all and "overlaps" in world.prepared:
             world.prepared["overlaps"][0] = (
                 *(world, partial(world.link_frames, keeps_last=True), data.xpos, data.xquat, frames, boxes),
-                *(rows, reaches, *self._found, tuple(self._owners)),
+                *(rows, reaches, *self._found, tuple(self._owners), scene),
             )
 
     def inside(self, low: Vector3, high: Vector3, margin: float) -> tuple[tuple[int, int], ...]:
         """Return body and link of those with shapes whose boxes overlap one with (3,) corners (m).
 
-        The box is larger by the margin (m) on all sides.
+        The box is larger by the margin (m) on all sides. As in Bullet, links are where they were before the
+        last step, until a command needs their present places.
         """
-        self._world.link_frames(keeps_last=True)
         box, found = self._found
-        count = kernels.links_in_box(self._arrays, *low, *high, margin, box, found)
+        count = kernels.links_in_box(self._posed(), *low, *high, margin, box, found)
         key = self._words[: 8 * count].tobytes()
         answer = self._answers.get(key)
         if answer is None:
@@ -244,6 +255,50 @@ class SceneBoxes:
                 self._answers.clear()
             answer = self._answers[key] = tuple(map(self._owners.__getitem__, found[:count].tolist()))
         return answer
+
+    def _posed(self) -> Any:
+        """Return all arrays, with the poses that count."""
+        scene, world = self._scene, self._scene.world
+        if scene.frames_revision != world.revision:
+            scene.frames_are_old = True  # which machine code looks at
+        if scene.frames_are_old:
+            world.link_frames(keeps_last=True)
+            return self._arrays
+        kept = None if world.is_moved else world.kept_frames
+        if kept is None:
+            return self._arrays
+        if self._kept[0] is not kept:
+            self._kept = kept, kernels.BOXES.of(kernels.Boxes(*kept, *self._tables))
+        return self._kept[1]
+
+
+class NewBoxes:
+    """Boxes in which Bullet added links to the world, for bodies that were not placed again since."""
+
+    __slots__ = ("_boxes", "_owners")
+
+    def __init__(self, model: Any, records: Sequence[BodyRecord]) -> None:
+        """Find the boxes of bodies in the arrays of an MjModel."""
+        self._owners, found = list[tuple[int, int]](), [np.zeros((0, 2, 3))]
+        for record in records:
+            first = record.first_boxes(model)
+            if first is None:
+                continue
+            covers, pose = first
+            turn = matrix_from_quaternion(pose[3:])
+            half = np.abs(covers[:, 1:4] @ turn.T).sum(axis=1) + covers[:, 4]
+            middle = covers[:, 0] @ turn.T + pose[:3]
+            found.append(np.stack([middle - half, middle + half], axis=1))
+            shown = [bool(link.collisions) for link in record.model.links]
+            found[-1][np.logical_not(shown)] = np.nan
+            self._owners += [(record.number, link - 1) for link in range(len(covers))]
+        self._boxes = np.concatenate(found)
+
+    def inside(self, low: Vector3, high: Vector3) -> tuple[tuple[int, int], ...]:
+        """Return body and link of those whose boxes overlap one with (3,) corners (m)."""
+        boxes = self._boxes
+        meet = ((boxes[:, 0] <= high) & (boxes[:, 1] >= low)).all(axis=1)
+        return tuple(self._owners[place] for place in np.flatnonzero(meet).tolist())
 
 
 class LinkGroup:

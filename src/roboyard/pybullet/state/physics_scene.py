@@ -107,7 +107,9 @@ class PhysicsScene:
         self._shape_places: tuple[int, dict[int, tuple[int, int, float]]] = (-1, {})
         """Revision of the World, and MuJoCo geom to body, link and margin (m) of shapes that were hit."""
         self._margin_shapes: MarginShapes | None = None
-        self.link_boxes: tuple[int, SceneBoxes] | None = None
+        self.new_bodies: dict[int, BodyRecord] = {}
+        """Bodies by number whose boxes are still those in which Bullet added them."""
+        self.link_boxes: tuple[int, SceneBoxes, Any] | None = None
         """Revision of the World, and boxes around the links of all bodies."""
         self.shape_rows = ShapeRows()
         """Margins, reaches and forms of shapes."""
@@ -176,6 +178,7 @@ class PhysicsScene:
         self._follow(before)
         record = self.enter(model, body, file=file, kind=kind)
         record.first_pose = *position, *orientation
+        self.new_bodies[record.number] = record
         for link, state in zip(body.links, record.links, strict=True):
             link.set_friction(
                 sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
@@ -297,6 +300,7 @@ class PhysicsScene:
         for key in [key for key, request in self.requested.items() if number in (request[0], request[2])]:
             del self.requested[key]
         self.textures.remove_body(record, self.world)
+        self.new_bodies.pop(number, None)
         self.world.remove(record.body)
         self._follow(before)
         del self._records_by_world_id[record.body.id]
@@ -307,6 +311,14 @@ class PhysicsScene:
             self._without_motors.remove(record)
         self.spring_dampers = {key: effort for key, effort in self.spring_dampers.items() if key[0] != number}
         self.filters.remove_body(number)
+
+    def note_boxes(self, number: int | None = None) -> None:
+        """Note that the boxes of a new body, or of all, are from now on those around its shapes."""
+        if number is None:
+            self.new_bodies.clear()
+            self.link_boxes = None
+        elif self.new_bodies.pop(number, None) is not None:
+            self.link_boxes = None
 
     def world_ids(self) -> KeysView[int]:
         """Return the World's ids of all bodies that scripts have."""
@@ -584,6 +596,8 @@ class PhysicsScene:
         parameters, world = self.parameters, self.world
         if parameters.time_step <= 0:
             return
+        if self.new_bodies:
+            self.note_boxes()
         if self.requested:
             self.build_requested()
         if self._applied_revision != parameters.revision:
