@@ -29,7 +29,6 @@ from roboyard.transforms import matrix_from_quaternion
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord, LinkBoxes, SceneBoxes
-    from roboyard.pybullet.state.link_groups import NewBoxes
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
@@ -151,7 +150,8 @@ def getOverlappingObjects(
 ) -> tuple[tuple[int, int], ...] | None:
     """Return body and link of every link whose box, enlarged by 2 cm, overlaps a box (m); None if none does.
 
-    The body created last comes first, which is mostly Bullet's order.
+    Boxes of bodies that were added since the last step are not enlarged, until they are placed. The body
+    created last comes first, which is mostly Bullet's order.
 
     Raises:
         error: a corner does not have three numbers.
@@ -164,29 +164,18 @@ def getOverlappingObjects(
     world, kept = scene.world, scene.link_boxes
     if kept is None or kept[0] != world.revision or world.is_stale:
         kept = _all_boxes(scene)
-    found = kept[1].inside(low, high, BROADPHASE_MARGIN)
-    if scene.new_bodies:
-        found += kept[2].inside(low, high)
-        ages = {record.number: record.body.id for record in scene.bodies.values()}
-        found = tuple(sorted(found, key=lambda place: (ages[place[0]], place[1]), reverse=True))
-    return found or None
+    return kept[1].inside(low, high, BROADPHASE_MARGIN) or None
 
 
-def _all_boxes(scene: PhysicsScene) -> tuple[int, SceneBoxes, NewBoxes]:
+def _all_boxes(scene: PhysicsScene) -> tuple[int, SceneBoxes]:
     """Return the World's revision and the boxes around all links, which the scene keeps."""
     from roboyard.pybullet.state import link_groups
 
     scene.world.ensure_compiled()
-    new = scene.new_bodies
-    others = (record for number, record in scene.bodies.items() if number not in new)
-    in_order = sorted(others, key=lambda record: record.body.id)
+    in_order = sorted(scene.bodies.values(), key=lambda record: record.body.id)
     records = [scene.ready(record.number, "") for record in in_order]
     arrays = [(record.link_boxes or _boxes(scene, record)).arrays for record in records]
-    found = scene.link_boxes = (
-        scene.world.revision,
-        link_groups.SceneBoxes(scene, records, arrays, are_all=not new),
-        link_groups.NewBoxes(scene.world.live_model, list(new.values())),
-    )
+    found = scene.link_boxes = scene.world.revision, link_groups.SceneBoxes(scene, records, arrays)
     return found
 
 

@@ -30,7 +30,8 @@ def performCollisionDetection(client: Client) -> None:
     """Detect the contacts at the current positions without stepping."""
     client.scene.world.detect_contacts()
     client.scene.last_step.drop()
-    client.scene.note_boxes()
+    if client.scene.new_bodies:
+        client.scene.note_boxes()
 
 
 @command()

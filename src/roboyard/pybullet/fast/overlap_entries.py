@@ -28,7 +28,8 @@ class OverlapState(NamedTuple):
 
 _SOURCE = f"""{PARTS}
 COMMAND, PREPARED, NONE, TRUE, ZERO, MOVED, OLD, KEPT = range(3, 11)
-WORLD, UPDATE, XPOS, XQUAT, FRAMES, BOXES, ROWS, REACHES, BOX, FOUND_LINKS, OWNERS, SCENE = range(3, 15)
+WORLD, UPDATE, XPOS, XQUAT, FRAMES, BOXES, ROWS, REACHES = range(3, 11)
+FIRST, BOX, FOUND_LINKS, OWNERS, SCENE = range(11, 16)
 
 @part
 def has_frames(state, scene):
@@ -55,6 +56,7 @@ def overlapping(state, scene, low, high):
     count = _loop(
         matrix(word(scene, XPOS)), matrix(word(scene, XQUAT)), matrix(word(scene, FRAMES)),
         matrix(word(scene, BOXES)), integers(word(scene, ROWS)), numbers(word(scene, REACHES)),
+        matrix(word(scene, FIRST)),
         ax, ay, az, bx, by, bz, {BROADPHASE_MARGIN}, numbers(word(scene, BOX)), links,
     )
     if count == 0:

@@ -28,7 +28,6 @@ State = tuple[Any, ...]
 _CACHE_SIZE = 64
 _CHAIN = "chain"
 """Name in `Engine.of_arrays`."""
-_NO_LINKS = np.zeros((0, 7)), np.zeros((0, 8)), np.zeros(0, np.int64)
 _positions_of, _orientations_of = Struct("3d").iter_unpack, Struct("4d").iter_unpack
 
 
@@ -211,8 +210,6 @@ class SceneBoxes:
         scene: PhysicsScene,
         records: Sequence[BodyRecord],
         arrays: Sequence[tuple[Array, Array, np.ndarray]],
-        *,
-        are_all: bool,
     ) -> None:
         """Put the boxes of bodies together; the links of the last body come first in answers.
 
@@ -220,13 +217,17 @@ class SceneBoxes:
             scene: of the bodies.
             records: bodies.
             arrays: `LinkBoxes.arrays` of each body.
-            are_all: whether there are no other bodies, so that machine code may look at these.
         """
         self._scene, world = scene, scene.world
         data = world.live_data
-        frames, boxes, rows = map(np.concatenate, zip(_NO_LINKS, *arrays, strict=True))
+        frames, boxes, rows = map(np.concatenate, zip(*arrays, strict=True))
         reaches = kernels.reaches_of(frames, boxes)
-        self._tables = frames, boxes, rows, reaches
+        first, place = np.full((len(rows), 6), np.nan), 0
+        for record in records:
+            if record.number in scene.new_bodies:
+                first[place : place + len(record.rows)] = _boxes_as_added(record, world.live_model)
+            place += len(record.rows)
+        self._tables = frames, boxes, rows, reaches, first
         self._arrays = kernels.BOXES.of(kernels.Boxes(data.xpos, data.xquat, *self._tables))
         self._kept: tuple[Any, Any] = (None, None)
         """Poses that were kept, and the same with these."""
@@ -234,17 +235,18 @@ class SceneBoxes:
         self._found = np.zeros(6), np.zeros(len(self._owners), np.int64)
         self._words = self._found[1].data.cast("B")
         self._answers: dict[bytes, tuple[tuple[int, int], ...]] = {}  # by the places that were found
-        if are_all and "overlaps" in world.prepared:
+        if "overlaps" in world.prepared:
             world.prepared["overlaps"][0] = (
                 *(world, partial(world.link_frames, keeps_last=True), data.xpos, data.xquat, frames, boxes),
-                *(rows, reaches, *self._found, tuple(self._owners), scene),
+                *(rows, reaches, first, *self._found, tuple(self._owners), scene),
             )
 
     def inside(self, low: Vector3, high: Vector3, margin: float) -> tuple[tuple[int, int], ...]:
         """Return body and link of those with shapes whose boxes overlap one with (3,) corners (m).
 
-        The box is larger by the margin (m) on all sides. As in Bullet, links are where they were before the
-        last step, until a command needs their present places.
+        Boxes of links are larger by the margin (m) on all sides. As in Bullet, links are where they were
+        before the last step, until a command needs their present places, and bodies that were not placed
+        since they were added have boxes of their own.
         """
         box, found = self._found
         count = kernels.links_in_box(self._posed(), *low, *high, margin, box, found)
@@ -272,33 +274,21 @@ class SceneBoxes:
         return self._kept[1]
 
 
-class NewBoxes:
-    """Boxes in which Bullet added links to the world, for bodies that were not placed again since."""
+def _boxes_as_added(record: BodyRecord, model: Any) -> Array:
+    """Return the (n, 6) least and largest coordinates (m) of links where Bullet added them to the world.
 
-    __slots__ = ("_boxes", "_owners")
-
-    def __init__(self, model: Any, records: Sequence[BodyRecord]) -> None:
-        """Find the boxes of bodies in the arrays of an MjModel."""
-        self._owners, found = list[tuple[int, int]](), [np.zeros((0, 2, 3))]
-        for record in records:
-            first = record.first_boxes(model)
-            if first is None:
-                continue
-            covers, pose = first
-            turn = matrix_from_quaternion(pose[3:])
-            half = np.abs(covers[:, 1:4] @ turn.T).sum(axis=1) + covers[:, 4]
-            middle = covers[:, 0] @ turn.T + pose[:3]
-            found.append(np.stack([middle - half, middle + half], axis=1))
-            shown = [bool(link.collisions) for link in record.model.links]
-            found[-1][np.logical_not(shown)] = np.nan
-            self._owners += [(record.number, link - 1) for link in range(len(covers))]
-        self._boxes = np.concatenate(found)
-
-    def inside(self, low: Vector3, high: Vector3) -> tuple[tuple[int, int], ...]:
-        """Return body and link of those whose boxes overlap one with (3,) corners (m)."""
-        boxes = self._boxes
-        meet = ((boxes[:, 0] <= high) & (boxes[:, 1] >= low)).all(axis=1)
-        return tuple(self._owners[place] for place in np.flatnonzero(meet).tolist())
+    Not numbers where these are not known, and for links without shapes.
+    """
+    first = record.first_boxes(model)
+    if first is None:
+        return np.full((len(record.rows), 6), np.nan)
+    covers, pose = first
+    turn = matrix_from_quaternion(pose[3:])
+    half = np.abs(covers[:, 1:4] @ turn.T).sum(axis=1) + covers[:, 4]
+    middle = covers[:, 0] @ turn.T + pose[:3]
+    found = np.concatenate([middle - half, middle + half], axis=1)
+    found[[not link.collisions for link in record.model.links]] = np.nan
+    return found
 
 
 class LinkGroup:

@@ -108,8 +108,8 @@ class PhysicsScene:
         """Revision of the World, and MuJoCo geom to body, link and margin (m) of shapes that were hit."""
         self._margin_shapes: MarginShapes | None = None
         self.new_bodies: dict[int, BodyRecord] = {}
-        """Bodies by number whose boxes are still those in which Bullet added them."""
-        self.link_boxes: tuple[int, SceneBoxes, Any] | None = None
+        """Bodies by number whose boxes are still those in which Bullet added their links."""
+        self.link_boxes: tuple[int, SceneBoxes] | None = None
         """Revision of the World, and boxes around the links of all bodies."""
         self.shape_rows = ShapeRows()
         """Margins, reaches and forms of shapes."""
@@ -316,9 +316,10 @@ class PhysicsScene:
         """Note that the boxes of a new body, or of all, are from now on those around its shapes."""
         if number is None:
             self.new_bodies.clear()
-            self.link_boxes = None
-        elif self.new_bodies.pop(number, None) is not None:
-            self.link_boxes = None
+        elif self.new_bodies.pop(number, None) is None:
+            return
+        self.link_boxes = None
+        self.world.prepared.get("overlaps", {}).clear()
 
     def world_ids(self) -> KeysView[int]:
         """Return the World's ids of all bodies that scripts have."""
