@@ -1,4 +1,4 @@
-"""Forty episodes from resetSimulation on, each with a robot of another size that is written to a URDF file."""
+"""Forty episodes from resetSimulation on, each with a robot of another size, written to a URDF file."""
 
 import math
 import random
