@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 from os import stat
 from pathlib import Path
 from posixpath import dirname, expanduser
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from roboyard._lazy import lazy_module
 from roboyard._records import replace
@@ -31,6 +31,7 @@ from roboyard.untrusted.files import is_inside
 if TYPE_CHECKING:
     from roboyard.description.model import RobotDescription
     from roboyard.pybullet.client import Client
+    from roboyard.pybullet.readers.sdf import SdfModel
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.shapes.mesh import TriangleMesh
 
@@ -45,6 +46,8 @@ _NAMED_FOLDERS = 64
 """Folders of files that a client remembers."""
 _cache: dict[tuple[Path, int, int], RobotDescription] = {}
 """Parsed files by path, modification time and size."""
+_sdf_files: dict[tuple[Any, ...], list[SdfModel]] = {}
+"""By file, its time and size, and the folders where meshes are searched."""
 _models: dict[tuple[int, int, float, bool], tuple[RobotDescription, tuple[TriangleMesh, ...], BodyModel]] = {}
 """Bullet's models by id of a description and arguments; with the description and its meshes."""
 
@@ -221,16 +224,14 @@ def loadSDF(
     Raises:
         error: the file does not exist or cannot be loaded.
     """
-    from roboyard.pybullet.readers.sdf import load_sdf
-
     path = _existing(client, sdfFileName, _NO_SDF)
     scale = number(globalScaling) if number(globalScaling) > 0 else 1.0
     check_finite(_NO_SDF, globalScaling=scale)
     rigid = whole(useMaximalCoordinates) == 1
     ids = []
     try:
-        for part in load_sdf(path, _search_paths(client)):
-            model = bullet_model(part.description, scale=scale, fixed_base=part.is_static)
+        for part in _sdf_models(client, path):
+            model = _model_of(part.description, 0, scale, part.is_static)
             record = client.scene.add(
                 model,
                 part.pose[:3, 3] * scale,
@@ -242,6 +243,26 @@ def loadSDF(
     except RoboyardError as problem:
         raise failure(_NO_SDF, *str(problem).splitlines()) from problem
     return tuple(ids)
+
+
+def _sdf_models(client: Client, path: Path) -> list[SdfModel]:
+    """Return the models of an SDF file; cached by file, as descriptions of URDF files are.
+
+    Raises:
+        DescriptionError: the file is not usable.
+    """
+    from roboyard.pybullet.readers.sdf import load_sdf
+
+    folders = _search_paths(client)
+    key = _key_of(path), *folders
+    found = _sdf_files.get(key) if client.parameters.file_caching else None
+    if found is None:
+        found = load_sdf(path, folders)
+        if all(without_unreadable_meshes(part.description) is part.description for part in found):
+            _sdf_files[key] = found
+            while len(_sdf_files) > _CACHE_SIZE:
+                del _sdf_files[next(iter(_sdf_files))]
+    return found
 
 
 @command()
