@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from os import stat
 from pathlib import Path
@@ -31,6 +31,7 @@ from roboyard.untrusted.files import is_inside
 if TYPE_CHECKING:
     from roboyard.description.model import RobotDescription
     from roboyard.pybullet.client import Client
+    from roboyard.pybullet.readers.mjcf import MjcfFile
     from roboyard.pybullet.readers.sdf import SdfModel
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.shapes.mesh import TriangleMesh
@@ -48,7 +49,9 @@ _cache: dict[tuple[Path, int, int], RobotDescription] = {}
 """Parsed files by path, modification time and size."""
 _sdf_files: dict[tuple[Any, ...], list[SdfModel]] = {}
 """By file, its time and size, and the folders where meshes are searched."""
-_models: dict[tuple[int, int, float, bool], tuple[RobotDescription, tuple[TriangleMesh, ...], BodyModel]] = {}
+_mjcf_files: dict[tuple[Any, ...], MjcfFile] = {}
+"""By the same, and whether colours are read."""
+_models: dict[tuple[Any, ...], tuple[RobotDescription, tuple[TriangleMesh, ...], BodyModel]] = {}
 """Bullet's models by id of a description and arguments; with the description and its meshes."""
 
 
@@ -125,11 +128,30 @@ def _load_urdf_command(
 
 def _model_of(description: RobotDescription, flags: int, scale: float, fixed_base: bool) -> BodyModel:
     """Return `bullet_model` of a description; cached, so that bodies of one file share their description."""
-    key = id(description), flags, scale, fixed_base
+    build = partial(bullet_model, description, flags=flags, scale=scale, fixed_base=fixed_base)
+    return _cached_model((id(description), flags, scale, fixed_base), description, build)
+
+
+def _model_of_mjcf(description: RobotDescription, flags: int) -> BodyModel:
+    """Return `bullet_model` of a body of an MJCF file; cached as others are."""
+
+    def build() -> BodyModel:
+        from roboyard.pybullet.readers.mjcf_inertia import bullet_bounds, bullet_moments
+
+        rules = {"moments_of": bullet_moments(flags), "bounds_of": bullet_bounds(flags)}
+        model = bullet_model(description, flags=flags, **rules)
+        model.has_two_spheres = not flags & c.URDF_USE_IMPLICIT_CYLINDER
+        return model
+
+    return _cached_model((id(description), flags), description, build)
+
+
+def _cached_model(
+    key: tuple[Any, ...], description: RobotDescription, build: Callable[[], BodyModel]
+) -> BodyModel:
     known, meshes = _models.get(key), collision_meshes(description)
     if known is None or list(map(id, known[1])) != list(map(id, meshes)):
-        model = bullet_model(description, flags=flags, scale=scale, fixed_base=fixed_base)
-        known = _models[key] = description, meshes, model
+        known = _models[key] = description, meshes, build()
         while len(_models) > _CACHE_SIZE:
             del _models[next(iter(_models))]
     return replace(known[2])  # a base that is freed is noted there
@@ -275,22 +297,15 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
     Raises:
         error: the file does not exist or cannot be loaded.
     """
-    from roboyard.pybullet.readers.mjcf import load_mjcf
-    from roboyard.pybullet.readers.mjcf_inertia import bullet_bounds, bullet_moments
-
     path = _existing(client, mjcfFileName, _NO_MJCF)
     given = whole(flags)
     ids = []
     scene = client.scene
     try:
-        for part in load_mjcf(path, _search_paths(client), colors=bool(given & c.MJCF_COLORS_FROM_FILE)):
-            model = bullet_model(
-                part.description,
-                flags=given,
-                moments_of=bullet_moments(given),
-                bounds_of=bullet_bounds(given),
-            )
-            model.has_two_spheres = not given & c.URDF_USE_IMPLICIT_CYLINDER
+        file = _mjcf_file(client, path, colors=bool(given & c.MJCF_COLORS_FROM_FILE))
+        first = file.take_numbers()
+        for part in file.models:
+            model = _model_of_mjcf(part.description, given)
             frame = model.links[0].frame
             orientation = multiply(part.orientation, conjugate(frame.quaternion))
             record = scene.add(
@@ -303,6 +318,7 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
                 kind=RIGID_BODY if not whole(useMultiBody) and len(model.links) == 1 else MULTIBODY,
             )
             record.is_mjcf = True
+            record.rename_joints(part.names(first))
             ids.append(record.number)
             for name, (group, mask) in part.filters.items():
                 place = record.number, model.index_by_name[name]
@@ -310,6 +326,26 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
     except RoboyardError as problem:
         raise failure(_NO_MJCF, *str(problem).splitlines()) from problem
     return tuple(ids)
+
+
+def _mjcf_file(client: Client, path: Path, *, colors: bool) -> MjcfFile:
+    """Return what an MJCF file is read to; cached by file, as descriptions of URDF files are.
+
+    Raises:
+        DescriptionError: the file is not usable.
+    """
+    from roboyard.pybullet.readers.mjcf import load_mjcf
+
+    folders = _search_paths(client)
+    key = colors, _key_of(path), *folders
+    found = _mjcf_files.get(key) if client.parameters.file_caching else None
+    if found is None:
+        found = load_mjcf(path, folders, colors=colors)
+        if all(without_unreadable_meshes(part.description) is part.description for part in found.models):
+            _mjcf_files[key] = found
+            while len(_mjcf_files) > _CACHE_SIZE:
+                del _mjcf_files[next(iter(_mjcf_files))]
+    return found
 
 
 def _existing(client: Client, name: str, message: str) -> Path:

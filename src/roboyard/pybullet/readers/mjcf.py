@@ -40,8 +40,8 @@ from roboyard.transforms import Array, inverse_pose, quaternion_from_matrix
 DENSITY = 1000.0
 """Density of bodies without a mass (kg/m³)."""
 _TYPES: dict[str, JointType] = {"fixed": "fixed", "slide": "prismatic", "hinge": "revolute"}
-_counter = count()
-"""Counter of unnamed joints and bodies; like Bullet's, it runs as long as the process."""
+_counted = [0]
+"""Number of unnamed joints and bodies so far; like Bullet's, it grows as long as the process runs."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -56,6 +56,34 @@ class MjcfModel:
     """(4,) orientation of the body in the world (x, y, z, w)."""
     filters: dict[str, tuple[int, int]]
     """Link name to its contype and conaffinity."""
+    numbered: dict[str, tuple[str, int, str]]
+    """Name of each unnamed joint, which has a number that counts from 0 in the file, to its parts."""
+
+    def names(self, first: int) -> dict[str, str]:
+        """Return the names that scripts see of unnamed joints, by their names in the description.
+
+        Args:
+            first: the number of the file's first unnamed joint or body, from `take_numbers`.
+        """
+        return {
+            name: f"{before}{first + number}{after}"
+            for name, (before, number, after) in self.numbered.items()
+        }
+
+
+@dataclass(kw_only=True, slots=True)
+class MjcfFile:
+    """What a file was read to; the same for each time that it is loaded."""
+
+    models: list[MjcfModel]
+    numbers: int
+    """How many unnamed joints and bodies it has."""
+
+    def take_numbers(self) -> int:
+        """Return the first of as many numbers as it needs, which no other names get."""
+        first = _counted[0]
+        _counted[0] += self.numbers
+        return first
 
 
 @dataclass(kw_only=True, slots=True)
@@ -63,6 +91,9 @@ class _Tree:
     """A model that is being read."""
 
     number: int
+    counter: count[int]
+    """Of unnamed joints and bodies of the file."""
+    numbered: dict[str, tuple[str, int, str]] = field(default_factory=dict)
     links: list[Link] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
     filters: dict[str, tuple[int, int]] = field(default_factory=dict)
@@ -75,8 +106,14 @@ class _Tree:
         self.links.append(Link(name=wanted, inertial=Inertial(mass=0.0)))
         return index
 
+    def numbered_name(self, before: str, after: str) -> str:
+        number = next(self.counter)
+        name = f"{before}{number}{after}"
+        self.numbered[name] = before, number, after
+        return name
 
-def load_mjcf(path: Path, search_paths: Sequence[Path] = (), *, colors: bool = False) -> list[MjcfModel]:
+
+def load_mjcf(path: Path, search_paths: Sequence[Path] = (), *, colors: bool = False) -> MjcfFile:
     """Return all models of a file, in file order.
 
     Args:
@@ -101,14 +138,14 @@ def load_mjcf(path: Path, search_paths: Sequence[Path] = (), *, colors: bool = F
         elif section.tag == "default":
             reader.defaults = reader.read_default(section, reader.defaults)
     models: list[MjcfModel] = []
-    name = root.get("model", "")
+    name, counter = root.get("model", ""), count()
     for world in root.findall("worldbody"):
         for element in world:
             if element.tag == "body":
-                models.append(_top_body(element, reader, name, len(models)))
+                models.append(_top_body(element, reader, name, len(models), counter))
             elif element.tag == "geom":
                 models.append(_fixed_geom(element, reader, name))
-    return models
+    return MjcfFile(models=models, numbers=next(counter))
 
 
 def _fixed_geom(element: ET.Element, reader: Reader, name: str) -> MjcfModel:
@@ -124,11 +161,12 @@ def _fixed_geom(element: ET.Element, reader: Reader, name: str) -> MjcfModel:
         position=np.zeros(3),
         orientation=np.array([0.0, 0.0, 0.0, 1.0]),
         filters=filters,
+        numbered={},
     )
 
 
-def _top_body(element: ET.Element, reader: Reader, name: str, number: int) -> MjcfModel:
-    tree = _Tree(number=number)
+def _top_body(element: ET.Element, reader: Reader, name: str, number: int, counter: count[int]) -> MjcfModel:
+    tree = _Tree(number=number, counter=counter)
     root_pose = _body(element, reader, reader.defaults, tree, None)
     children = {joint.child for joint in tree.joints}
     root = next(link for link in tree.links if link.name not in children)
@@ -141,6 +179,7 @@ def _top_body(element: ET.Element, reader: Reader, name: str, number: int) -> Mj
         position=root_pose[:3, 3],
         orientation=quaternion_from_matrix(root_pose[:3, :3]),
         filters=tree.filters,
+        numbered=tree.numbered,
     )
 
 
@@ -151,7 +190,7 @@ def _body(
     defaults = reader.classes.get(element.get("childclass", ""), defaults)
     own = tree.add_link(element.get("name"))
     if element.get("name") is None:
-        next(_counter)
+        next(tree.counter)
     place = pose_of(element, reader)
     is_top, root_pose = parent is None, place
     frame, mass = _inertial(element, reader)
@@ -192,7 +231,7 @@ def _body(
     if parent is not None:
         tree.joints.append(
             Joint(
-                name=f"jointfix_{next(_counter)}_{parent}",
+                name=tree.numbered_name("jointfix_", f"_{parent}"),
                 type="fixed",
                 parent=tree.links[parent].name,
                 child=tree.links[own].name,
@@ -231,7 +270,7 @@ def _joint(
     name = element.get("name")
     tree.joints.append(
         Joint(
-            name=name or f"joint{next(_counter)}_{link}_{len(tree.joints)}",
+            name=name or tree.numbered_name("joint", f"_{link}_{len(tree.joints)}"),
             type=kind,
             parent=tree.links[parent].name,
             child=tree.links[link].name,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -272,6 +272,11 @@ class BodyRecord:
     def name(self) -> str:
         """Name of the body."""
         return self.model.name
+
+    def rename_joints(self, names: Mapping[str, str]) -> None:
+        """Let scripts see other names of some joints, by their names in the model."""
+        if names:
+            self.infos = [_renamed(info, names) for info in self.infos]
 
     def link(self, index: int) -> Link | None:
         """Return the World's link for a link index (-1: the base), or None."""
@@ -569,6 +574,12 @@ def _contact_of(model: BodyModel, index: int) -> dict[str, Any]:
         given["contact_stiffness"] = CONTACT_STIFFNESS if contact.stiffness is None else contact.stiffness
         given["contact_damping"] = CONTACT_DAMPING if contact.damping is None else contact.damping
     return {name: value for name, value in given.items() if value is not None}
+
+
+def _renamed(info: tuple[Any, ...], names: Mapping[str, str]) -> tuple[Any, ...]:
+    """Return the fields of getJointInfo with another name, if there is one."""
+    new = names.get(info[1].decode())
+    return info if new is None else (info[0], new.encode(), *info[2:])
 
 
 def _zero_effort(kind: int) -> Any:
