@@ -427,7 +427,8 @@ def test_bodies_of_random_sizes_and_friction_are_taken_over(
 
 SDF = """<sdf version="1.4"><model name="box"><pose>0 0 {height} 0 0 0</pose><link name="a">
 <inertial><mass>2</mass></inertial>
-<collision name="c"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision></link></model></sdf>"""
+<collision name="c"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision></link>
+</model></sdf>"""
 MJCF = """<mujoco model="two"><worldbody><body name="a" pos="0 0 {height}"><joint type="hinge" axis="0 1 0"/>
 <geom type="sphere" size="0.1"/><body name="b" pos="0 0 0.3"><joint name="own" type="slide" axis="1 0 0"/>
 <geom type="box" size="0.1 0.1 0.1"/></body></body></worldbody></mujoco>"""
