@@ -45,12 +45,14 @@ class CompileKey:
     numbers: dict[int, Numbers | None] = field(default_factory=dict)
     """Those of bodies, by their places, that were compared with others of the same names."""
 
+    compared: int = 0
+    """Id of the key that this one was compared with last, not held: each would hold all before it."""
     others: list[int] = field(default_factory=list)
-    """Places of bodies with other numbers than those of the key that this one was compared with last."""
+    """Places of bodies with other numbers than those of that key."""
 
     def is_like(self, other: CompileKey) -> bool:
         """Return whether both lead to the same model but for numbers that `KeptWorld.renew` writes."""
-        self.others = []
+        self.compared, self.others = id(other), []
         return (
             len(self.bodies) == len(other.bodies)
             and self.settings == other.settings
@@ -118,12 +120,9 @@ class KeptWorld:
     """First rows of these bodies in each kind of array."""
 
     def changes(self, key: CompileKey, find: Find) -> list[Change] | None:
-        """Return the bodies whose numbers are others by this key; None where they cannot be written.
-
-        Args:
-            key: which was compared with that of this world last.
-            find: of templates.
-        """
+        """Return the bodies whose numbers are others by a key; None where they cannot be written."""
+        if key.compared != id(self.key) and not key.is_like(self.key):
+            return None
         found: list[Change] = []
         for place in key.others:
             numbers, former = key.numbers_at(place), self.templates.get(place)
