@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -187,3 +188,32 @@ def test_a_wheel_of_a_file_rolls_on_the_edges_of_a_prism(client: int, tmp_path: 
     gaps = np.diff(np.sort(places))
     apart = gaps[gaps > 1e-3]
     assert len(apart) >= 9 and apart.min() > 0.8 * 2 * np.pi * 0.05 / 32
+
+
+def test_a_state_without_contacts_leaves_the_points_that_are_kept(client: int) -> None:
+    """Against PyBullet 3.2.7: a state that was saved before the first step, restored after others."""
+    p.setGravity(0, 0, -9.81)
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05, 0.05, 0.2])
+    lean = 0.02
+    height = 0.2 * math.cos(lean) + 0.05 * math.sin(lean)
+    made = p.createMultiBody(1, box, -1, [0, 0, height], p.getQuaternionFromEuler([0, lean, 0]))
+    state, found = p.saveState(), list[float]()
+    for steps in (12, 12, 1):
+        p.restoreState(state)
+        for _ in range(steps):
+            p.stepSimulation()
+        found += [len(p.getContactPoints()), *p.getBasePositionAndOrientation(made)[0]]
+        found += p.getBaseVelocity(made)[1]
+    assert found == pytest.approx(
+        [
+            *(2, -0.002178152381149194, -2.2861614033351993e-05, 0.2004374134930387),
+            *(-0.0014523147363471323, -0.40304740499957836, 0.0023718693946568753),
+            *(2, -0.0021791796765361026, -1.3514336183362088e-05, 0.20044033321676567),
+            *(-0.0003400725931781891, -0.4029956756937702, 0.0024048562496691035),
+            *(2, -2.634532136284095e-05, -3.5440363287150054e-06, 0.20094445995987636),
+            *(0.0033645739804315862, -0.030946063005592862, 0.0024615581899740525),
+        ],
+        rel=1e-6,
+        abs=1e-9,
+    )

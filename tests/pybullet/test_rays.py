@@ -104,11 +104,39 @@ def test_overlaps_reach_two_centimetres_and_start_with_the_youngest(client: int)
     _boxes(0, 1)
     assert p.getOverlappingObjects([-1, -1, -1], [2, 1, 1]) == ((1, -1), (0, -1))
     assert p.getOverlappingObjects([-1, -1, -1], [0.5, 1, 1]) == ((0, -1),)
+    assert p.getOverlappingObjects([0.099, -1, -1], [0.5, 1, 1]) == ((0, -1),)  # of new bodies without more
+    assert p.getOverlappingObjects([0.101, -1, -1], [0.5, 1, 1]) is None
+    p.performCollisionDetection()
     assert p.getOverlappingObjects([0.119, -1, -1], [0.5, 1, 1]) == ((0, -1),)
     assert p.getOverlappingObjects([0.121, -1, -1], [0.5, 1, 1]) is None
     turned = p.getQuaternionFromEuler([0, 0, math.pi / 4])
     p.resetBasePositionAndOrientation(0, [0, 0, 0], turned)
     assert p.getOverlappingObjects([0.14, -1, -1], [0.5, 1, 1]) == ((0, -1),)
+
+
+def test_overlaps_of_new_and_moving_bodies_are_those_of_the_last_step(client: int) -> None:
+    """Against PyBullet, whose boxes are placed before a step moves bodies, or when a body is placed."""
+    p.setGravity(0, 0, -9.81)
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    moving, other = (p.createMultiBody(1, box, -1, [x, 0, 1]) for x in (0, 5))
+
+    def reaches(height: float) -> bool:
+        found = p.getOverlappingObjects([-0.01, -0.01, height], [0.01, 0.01, height])
+        return found == ((moving, -1),)
+
+    assert reaches(1.099) and not reaches(1.101)
+    p.resetBaseVelocity(moving, [0, 0, 12])  # 0.05 m in a step
+    assert reaches(1.119) and not reaches(1.121)
+    p.stepSimulation()
+    for _ in range(300):  # until machine code looks
+        assert reaches(1.119) and not reaches(1.121)
+    assert p.getBasePositionAndOrientation(moving)[0][2] > 1.04
+    assert reaches(1.119) and not reaches(1.121)
+    p.stepSimulation()
+    assert reaches(1.1685) and not reaches(1.171)
+    p.resetBasePositionAndOrientation(moving, [0, 0, 2], [0, 0, 0, 1])
+    assert reaches(2.119) and not reaches(2.121)
+    assert p.getOverlappingObjects([4.9, 0, 0.9], [5, 0, 1]) == ((other, -1),)
 
 
 def test_overlaps_follow_bodies_that_come_go_and_grow(client: int) -> None:
@@ -125,6 +153,7 @@ def test_overlaps_follow_bodies_that_come_go_and_grow(client: int) -> None:
     hull = p.createMultiBody(1, p.createCollisionShape(p.GEOM_MESH, vertices=corners))
     assert p.getOverlappingObjects(*above) is None
     p.changeDynamics(hull, -1, collisionMargin=0.05)
+    p.performCollisionDetection()
     assert p.getOverlappingObjects(*above) == ((hull, -1),)
     p.resetSimulation()
     assert p.getOverlappingObjects(*above) is None

@@ -139,9 +139,9 @@ def taken(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     found: list[int] = []
     renew = KeptWorld.renew
 
-    def noted(self: KeptWorld, bodies: Any) -> None:
-        found.append(len(bodies))
-        renew(self, bodies)
+    def noted(self: KeptWorld, key: Any, changes: Any) -> None:
+        found.append(len(key.bodies))
+        renew(self, key, changes)
 
     monkeypatch.setattr(KeptWorld, "renew", noted)
     return found
@@ -390,6 +390,85 @@ def test_the_first_changed_world_is_compiled_again(client: int, files: Path, tak
     assert [episode(count) for count in (2, 2, 2, 3, 2, 2, 2)] == [2, 2, 2, 3, 2, 2, 2]
     assert taken == [2, 2]
     assert np.isfinite(p.getBasePositionAndOrientation(0)[0]).all()
+
+
+def test_bodies_of_random_sizes_and_friction_are_taken_over(
+    files: Path, monkeypatch: pytest.MonkeyPatch, taken: list[int]
+) -> None:
+    def episodes() -> list[float]:
+        p.connect(p.DIRECT)
+        drawn, found = np.random.default_rng(4), list[float]()
+        for _ in range(EPISODES):
+            p.resetSimulation()
+            p.setGravity(0, 0, -9.8)
+            p.loadURDF(str(files / "plane.urdf"), useFixedBase=True)
+            arm = p.loadURDF(str(files / "arm.urdf"), [0.4, 0, 0], useFixedBase=True)
+            p.changeDynamics(arm, 1, lateralFriction=drawn.uniform(0.2, 1.0))
+            for k in range(3):
+                shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=drawn.uniform(0.03, 0.08, 3).tolist())
+                made = p.createMultiBody(drawn.uniform(0.1, 1.0), shape, basePosition=[0.3 * k - 0.8, 0, 0.1])
+                p.changeDynamics(made, -1, lateralFriction=drawn.uniform(0.2, 1.0))
+            for _step in range(STEPS):
+                p.stepSimulation()
+            for body in range(p.getNumBodies()):
+                found += [*p.getBasePositionAndOrientation(body)[0], *p.getBaseVelocity(body)[0]]
+                found += [value for corner in p.getAABB(body) for value in corner]
+                found += p.getDynamicsInfo(body, -1)[:2]
+            found += [number for row in p.getContactPoints() for number in row[9:11]]
+        p.disconnect()
+        return found
+
+    reused = episodes()
+    assert len(taken) >= EPISODES - 3
+    with monkeypatch.context() as patch:
+        patch.setattr(Engine, "_compile_key", lambda _: None)
+        assert reused == pytest.approx(episodes(), rel=1e-9, abs=1e-9)
+
+
+SDF = """<sdf version="1.4"><model name="box"><pose>0 0 {height} 0 0 0</pose><link name="a">
+<inertial><mass>2</mass></inertial>
+<collision name="c"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision></link>
+</model></sdf>"""
+MJCF = """<mujoco model="two"><worldbody><body name="a" pos="0 0 {height}"><joint type="hinge" axis="0 1 0"/>
+<geom type="sphere" size="0.1"/><body name="b" pos="0 0 0.3"><joint name="own" type="slide" axis="1 0 0"/>
+<geom type="box" size="0.1 0.1 0.1"/></body></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(("suffix", "text"), [("sdf", SDF), ("xml", MJCF)])
+def test_worlds_of_other_files_are_taken_over_until_these_change(
+    client: int, tmp_path: Path, taken: list[int], suffix: str, text: str
+) -> None:
+    file = tmp_path / f"model.{suffix}"
+
+    def height() -> float:
+        p.resetSimulation()
+        (body,) = p.loadSDF(str(file)) if suffix == "sdf" else p.loadMJCF(str(file))
+        p.stepSimulation()
+        return p.getAABB(body, -1 if suffix == "sdf" else p.getNumJoints(body) - 1)[0][2]
+
+    file.write_text(text.format(height=1))
+    first = [height() for _ in range(5)]
+    assert len({*first}) == 1
+    assert taken
+    file.write_text(text.format(height="1.5"))
+    assert height() == pytest.approx(first[0] + 0.5, abs=1e-6)
+
+
+def test_unnamed_joints_get_new_numbers_each_time(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "model.xml"
+    file.write_text(MJCF.format(height=1))
+
+    def names() -> list[str]:
+        (body,) = p.loadMJCF(str(file))
+        return [p.getJointInfo(body, joint)[1].decode() for joint in range(p.getNumJoints(body))]
+
+    found = [names() for _ in range(3)]
+    start = int(found[0][0].removeprefix("joint").split("_")[0])
+    for k, loaded in enumerate(found):  # as in PyBullet: three of each, in the order in which they are read
+        first = start + 3 * k
+        assert loaded == [
+            f"joint{first}_2_0", f"jointfix_{first + 2}_2", "own", f"jointfix_{first + 1}_4",
+        ]  # fmt: skip
 
 
 def create_and_remove(files: Path) -> list[Any]:

@@ -25,6 +25,11 @@ from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.sequential.motors import SequentialMotors
 
 STEPS = 150
+_HULLS = (
+    [[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.2]],
+    [[0, 0, 0], [0.2, 0, 0.01], [0, 0.2, 0.02], [0.05, 0.05, 0.2], [0.1, 0.1, 0.1]],
+)
+"""Corners of the hulls of two shapes (m)."""
 
 
 def _looked_up_whole(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,6 +86,9 @@ def _arrays(client: int) -> dict[str, np.ndarray]:
     for name in in_turn._surface._fields:
         found[f"surface: {name}"] = getattr(in_turn._surface, name)
     del found["surface: base"]  # work array
+    hulls, spans = found.pop("surface: hulls"), found["surface: spans"]
+    found["surface: spans"] = spans[:, 1]  # where they begin depends on which hulls were there before
+    found["corners"] = np.concatenate([np.zeros((0, 3)), *(hulls[at : at + count] for at, count in spans)])
     for name in ("slot", "limit_slot", "equality_order", "equality_slot", "equality_tree", "equality_site"):
         found[name] = getattr(in_turn._mechanism, name)
     data = world.live_data
@@ -132,6 +140,7 @@ class _Program:
                 collisionFramePositions=[[0, 0, 0], [0, 0, 0.15]],
                 **of,
             ),
+            *(p.createCollisionShape(p.GEOM_MESH, vertices=corners, **of) for corners in _HULLS),
         ]
         self.bodies: list[int] = []
         self.held: list[int] = []

@@ -15,9 +15,9 @@ from roboyard.description.model import JointType, Plane, RobotDescription
 from roboyard.errors import RoboyardError, StaleHandleError, unknown_name
 from roboyard.sim.build.bodies import build
 from roboyard.sim.build.mesh_assets import MeshAssets
+from roboyard.sim.build.plain_bodies import build_plain
 from roboyard.sim.build.planned import PlannedBody
 from roboyard.sim.build.records import Built, BuiltLink
-from roboyard.sim.build.repeated import build_repeated
 from roboyard.sim.engine import Engine
 from roboyard.sim.joint import POSITION_SIZE, VELOCITY_SIZE, Joint
 from roboyard.sim.link import Link
@@ -401,18 +401,22 @@ class Body:
         plan = self.form
         assert isinstance(plan, PlannedBody)
         self._plan = plan
-        repeated = build_repeated(spec, plan)
+        repeated = build_plain(spec, plan)
         if repeated is not None:
             self.form, self._plan_edits = repeated, self.world.element_edits
             return
         self.form = build(
             spec, assets, plan.description, plan.prefix, plan.position, plan.quaternion, plan.options
         )
-        for link, sliding, spinning, rolling in plan.frictions:
-            self.links[link].set_friction(sliding=sliding, spinning=spinning, rolling=rolling)
+        self.set_frictions(plan)
         for joint, armature in plan.armatures.items():
             self.joints[joint].armature = armature
         self._plan_edits = self.world.element_edits
+
+    def set_frictions(self, plan: PlannedBody) -> None:
+        """Set the coefficients of friction of a plan."""
+        for link, sliding, spinning, rolling in plan.frictions:
+            self.links[link].set_friction(sliding=sliding, spinning=spinning, rolling=rolling)
 
     @property
     def plan_of_elements(self) -> PlannedBody | None:

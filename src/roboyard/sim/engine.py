@@ -24,7 +24,15 @@ from roboyard.sim.engine_hooks import BodyT, EngineHooks
 from roboyard.sim.frame_updates import CENTRES, KEEP, POSES, SPEEDS, FrameUpdates
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
-from roboyard.sim.pool.kept_worlds import CompileKey, Compiles, FormerWorld, KeptWorld, copy_state, keep
+from roboyard.sim.pool.kept_worlds import (
+    Change,
+    CompileKey,
+    Compiles,
+    FormerWorld,
+    KeptWorld,
+    copy_state,
+    keep,
+)
 from roboyard.sim.pool.lone_bodies import LoneBody
 from roboyard.sim.pool.new_bodies import NewBodies
 from roboyard.sim.protocols import EngineBody
@@ -350,8 +358,10 @@ class Engine(EngineHooks[BodyT]):
         compiles = self.compiles
         known = compiles.repeated(key)
         if key is not None and known is not None and known[1] is not None:
-            self._take_over(known[1], key)
-            return
+            changes = known[1].changes(key, self.pool.template_of)
+            if changes is not None:
+                self._take_over(known[1], key, changes)
+                return
         before = None
         if key is not None and compiles.needs_spec(known):
             before = self._model, self._data
@@ -433,13 +443,13 @@ class Engine(EngineHooks[BodyT]):
             body.plan_again(plan)
         self._leave_extra_elements()
 
-    def _take_over(self, kept: KeptWorld, key: CompileKey) -> None:
+    def _take_over(self, kept: KeptWorld, key: CompileKey, changes: Sequence[Change]) -> None:
         """Go on with the spec, model and data of the world before, as a compile would leave them."""
-        before = self._model, self._data
+        before, former = (self._model, self._data), kept.key
         self._planned = []
         self._made_spec, self._model, self._data = (kept.spec, kept.assets), kept.model, kept.data
         self.of_arrays = kept.of_arrays
-        kept.renew(key.bodies)
+        kept.renew(key, changes)
         for body, plan, built in zip(self.body_by_id.values(), key.bodies, kept.built, strict=True):
             body.take_over(plan, built)
         self._take_extra_elements(kept.extras)
@@ -452,8 +462,14 @@ class Engine(EngineHooks[BodyT]):
         self._next_revision()
         self.hard_contacts = self.profile.hard_contacts and not self._is_pile
         self.pool.locate()
-        for body in self.body_by_id.values():
+        others = 0
+        for body, plan, known in zip(self.body_by_id.values(), key.bodies, former.bodies, strict=True):
             body.refresh(self._model)
+            if plan.frictions != known.frictions:
+                body.set_frictions(plan)
+                others += 1
+        if changes or others:
+            kept.is_now(key)
         self.compiles.note(kept.key, kept)
         self._new_bodies.end(self.body_by_id, self.time)
         self.is_outdated = False

@@ -41,6 +41,10 @@ class EngineBody(Protocol):
         """Return the plan of which elements like the present ones can be built; None where there is none."""
         ...
 
+    def set_frictions(self, plan: PlannedBody) -> None:
+        """Set the coefficients of friction of a plan."""
+        ...
+
     @property
     def plan_of_elements(self) -> PlannedBody | None:
         """The plan that its elements agree with but for friction; None where they may not."""

@@ -391,10 +391,16 @@ class World(Simulation):
         """Return the state of the world."""
         return world_state().save(self, self.stepping.manifolds.save())
 
-    def restore_state(self, saved: WorldState) -> None:
-        """Restore a saved state, bit for bit."""
+    def restore_state(self, saved: WorldState, *, keeps_points: bool = False) -> None:
+        """Restore a saved state, bit for bit.
+
+        Args:
+            saved: the state.
+            keeps_points: whether contacts go on with the points that they keep now, where none were saved.
+        """
         world_state().restore(self, saved)
-        self.stepping.manifolds.restore(saved.contacts)
+        if not keeps_points or saved.has_points:
+            self.stepping.manifolds.restore(saved.contacts)
 
     # ---------------------------------------------------------------------------------------------- pictures
 

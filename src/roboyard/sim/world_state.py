@@ -39,6 +39,11 @@ class WorldState:
     """Revision of the world's arrays that it was last found to fit, and bytes of the static poses and of what
     is active."""
 
+    @property
+    def has_points(self) -> bool:
+        """Whether contacts kept any points."""
+        return self.contacts is not None and bool(self.contacts.counts.any())
+
 
 def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
     """Return the present state, with the points that contacts keep.

@@ -258,3 +258,61 @@ def test_principal_axes_of_a_file_are_pybullets(
     found = p.getDynamicsInfo(body, -1)
     assert found[2] == pytest.approx(moments, abs=1e-6)
     assert found[4] == pytest.approx(axes, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("given", "is_of_base"),  # as PyBullet 3.2.7 has it
+    [
+        ({}, False),
+        ({"linearDamping": 0}, True),
+        ({"angularDamping": 0.1}, True),
+        ({"linearDamping": 0, "restitution": 0.2}, False),
+        ({"linearDamping": 0, "jointDamping": 0.1}, False),
+        ({"angularDamping": 0, "frictionAnchor": 1}, False),
+        ({"linearDamping": 0, "contactStiffness": 100.0, "contactDamping": 1.0}, False),
+        ({"activationState": 4}, True),
+        ({"restitution": 0.2, "activationState": 4}, True),
+        ({"activationState": 4, "contactProcessingThreshold": 0.1}, False),
+        ({"linearDamping": 0, "ccdSweptSphereRadius": 0.1}, False),
+        ({"maxJointVelocity": 10}, True),
+        ({"collisionMargin": 0.001, "contactProcessingThreshold": 0.1}, True),
+        ({"jointLimitForce": 1, "sleepThreshold": 0.1, "localInertiaDiagonal": [1, 1, 1]}, False),
+    ],
+)
+@pytest.mark.parametrize("calls", [1, 1500])  # by Python, and by machine code
+def test_some_arguments_make_all_of_them_those_of_the_base(
+    client: int, given: dict[str, Any], is_of_base: bool, calls: int
+) -> None:
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    body = p.createMultiBody(
+        2.0, shape, linkMasses=[1.0], linkCollisionShapeIndices=[shape], linkVisualShapeIndices=[-1],
+        linkPositions=[[0, 0, 0.3]], linkOrientations=[[0, 0, 0, 1]], linkInertialFramePositions=[[0, 0, 0]],
+        linkInertialFrameOrientations=[[0, 0, 0, 1]], linkParentIndices=[0],
+        linkJointTypes=[p.JOINT_REVOLUTE], linkJointAxis=[[0, 1, 0]],
+    )  # fmt: skip
+    for k in range(calls):
+        p.changeDynamics(body, 0, mass=1.5 + 0.5 * (k % 2), lateralFriction=0.3 + 0.1 * (k % 2), **given)
+    p.changeDynamics(body, 0, mass=3.0, lateralFriction=0.9, **given)
+    base, link = (p.getDynamicsInfo(body, place)[:2] for place in (-1, 0))
+    assert (base if is_of_base else link) == (3.0, 0.9)
+    assert (link if is_of_base else base) == ((1.0, 0.5) if is_of_base else (2.0, 0.5))
+
+
+def test_the_largest_velocity_of_joints_is_that_of_a_body(client: int) -> None:
+    """PyBullet 3.2.7 bounds all joints, whichever link is named."""
+    count = 2
+    body = p.createMultiBody(
+        0.0, linkMasses=[1.0] * count, linkCollisionShapeIndices=[-1] * count,
+        linkVisualShapeIndices=[-1] * count, linkPositions=[[0, 0, 0.3]] * count,
+        linkOrientations=[[0, 0, 0, 1]] * count, linkInertialFramePositions=[[0, 0, 0]] * count,
+        linkInertialFrameOrientations=[[0, 0, 0, 1]] * count, linkParentIndices=[0, 0],
+        linkJointTypes=[p.JOINT_PRISMATIC] * count, linkJointAxis=[[1, 0, 0]] * count,
+    )  # fmt: skip
+    p.changeDynamics(body, 1, maxJointVelocity=0.5)
+    for joint in range(count):
+        p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, force=0)
+    for _ in range(100):
+        for joint in range(count):
+            p.setJointMotorControl2(body, joint, p.TORQUE_CONTROL, force=20)
+        p.stepSimulation()
+    assert [p.getJointState(body, joint)[1] for joint in range(count)] == pytest.approx([0.5, 0.5])

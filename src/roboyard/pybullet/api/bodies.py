@@ -139,6 +139,8 @@ def resetBasePositionAndOrientation(
     record = scene.bodies.get(whole(bodyUniqueId))
     if record is None:
         return
+    if scene.new_bodies:
+        scene.note_boxes(record.number)
     is_prepared = is_machine_code("resetBasePositionAndOrientation")
     if record.placed is not None and record.placed == (p, q) and record.body.is_fixed:
         if is_prepared:
@@ -243,6 +245,8 @@ def resetBaseVelocity(
     record = scene.bodies.get(whole(objectUniqueId))
     if record is None:
         return
+    if scene.new_bodies:
+        scene.note_boxes(record.number)
     if record.revision != scene.world.revision or scene.world.is_stale:
         record = scene.readable(objectUniqueId, "error in resetJointState.")
     if record.soft is not None and linear is not None:

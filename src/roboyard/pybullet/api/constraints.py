@@ -277,8 +277,7 @@ def getConstraintState(client: Client, constraintUniqueId: int) -> tuple[float, 
 
 def _prepare(world: World, record: ConstraintRecord) -> None:
     """Let machine code read the efforts of a constraint."""
-    import mujoco
-
+    from roboyard._mujoco import mujoco
     from roboyard.pybullet.bullet_rules.constraint_kernels import PLAIN, POINT, SLIDE, constraint_efforts
     from roboyard.sim.stepping.step_rows import StepRows, layout
 

@@ -113,8 +113,10 @@ def changeDynamics(
 
     A new mass (kg) recomputes the inertia from the collision shapes, unless localInertiaDiagonal (kg m²) is
     given. A mass > 0 makes a fixed base movable; mass 0 makes a movable base immune to forces: it keeps its
-    velocity. Damping applies to the whole body. Bodies do not sleep here, so the sleeping arguments have no
-    effect.
+    velocity. Damping and the largest velocity of joints apply to the whole body. Bodies do not sleep here, so
+    the sleeping arguments have no effect. As in Bullet, all arguments are of the base, whichever link is
+    named, where the last of those that are given (in the order of `_RANKS`) is linearDamping, angularDamping,
+    activationState, maxJointVelocity or collisionMargin.
 
     Raises:
         error: only one of contactStiffness and contactDamping is given, or a number is not finite.
@@ -150,6 +152,18 @@ def changeDynamics(
         )
     scene = client.scene
     record = scene.bodies.get(whole(bodyUniqueId))
+    given = (
+        *(linearDamping, angularDamping, jointDamping, restitution, contactStiffness, frictionAnchor),
+        *(
+            ccdSweptSphereRadius,
+            activationState,
+            contactProcessingThreshold,
+            maxJointVelocity,
+            collisionMargin,
+        ),
+    )
+    if _is_of_base(given):
+        linkIndex = -1
     if record is None or not -1 <= whole(linkIndex) < record.joint_count:
         return
     state = record.links[linkIndex + 1]
@@ -185,8 +199,8 @@ def changeDynamics(
             _set_joint_damping(record, linkIndex, state, jointDamping)
         if jointLowerLimit <= jointUpperLimit and joint.is_scalar:
             _set_limits(record, linkIndex, state, jointLowerLimit, jointUpperLimit)
-        if maxJointVelocity != -1.0 and number(maxJointVelocity) >= 0:
-            scene.world.stepping.set_velocity_limit(record.body.id, linkIndex, maxJointVelocity)
+    if maxJointVelocity != -1.0 and number(maxJointVelocity) >= 0:
+        _set_velocity_limits(scene, record, maxJointVelocity)
 
 
 def _set_margin(scene: PhysicsScene, record: BodyRecord, link: int, margin: float) -> None:
@@ -438,8 +452,42 @@ def _change_limits(client: Client, body: int, link: int, limits: tuple[float, fl
 
 def _change_velocity_limit(client: Client, body: int, link: int, largest: float) -> None:
     record = _hard_body(client, body, link)
-    if record is not None and link >= 0:
-        client.scene.world.stepping.set_velocity_limit(record.body.id, link, largest)
+    if record is not None:
+        _set_velocity_limits(client.scene, record, largest)
+
+
+def _set_velocity_limits(scene: PhysicsScene, record: BodyRecord, largest: float) -> None:
+    for joint in range(record.joint_count):
+        scene.world.stepping.set_velocity_limit(record.body.id, joint, largest)
+
+
+_RANKS = {
+    "linearDamping": -1,
+    "angularDamping": -2,
+    "jointDamping": 3,
+    "restitution": 4,
+    "contactStiffness": 5,
+    "frictionAnchor": 6,
+    "ccdSweptSphereRadius": 7,
+    "activationState": -8,
+    "contactProcessingThreshold": 9,
+    "maxJointVelocity": -10,
+    "collisionMargin": -11,
+}
+"""Arguments of changeDynamics in the order in which Bullet's client takes them: each names the link that all
+are of, the one that is given or, where the number is negative, the base. Earlier ones name the one given."""
+
+
+def _is_of_base(given: Sequence[float]) -> bool:
+    """Return whether a call of changeDynamics changes the base, whichever link it names.
+
+    Args:
+        given: the arguments in the order of `_RANKS`, below 0 where they are not given.
+    """
+    for rank, value in zip(reversed(_RANKS.values()), reversed(given), strict=True):
+        if value != -1.0 and number(value) >= 0:
+            return rank < 0
+    return False
 
 
 CHANGES: Mapping[str, Any] = {
@@ -467,5 +515,6 @@ START.later(
         lengths={"contactStiffness": PAIR, "jointLowerLimit": SIGNED_PAIR, "localInertiaDiagonal": 3},
         kind=KIND,
         ignored=_IGNORED,
+        ranks=_RANKS,
     )
 )

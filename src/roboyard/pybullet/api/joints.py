@@ -75,7 +75,7 @@ def getJointState(client: Client, bodyUniqueId: int, jointIndex: int) -> State:
     if not 0 <= jointIndex < record.joint_count:
         raise _joint_state_error(record, jointIndex)
     place = record.position_addresses[jointIndex]
-    if place < 0 or record.sensors or not record.is_scalar[jointIndex]:
+    if place < 0 or jointIndex in record.sensors or not record.is_scalar[jointIndex]:
         return _state(client, record, jointIndex)
     dof = record.velocity_addresses[jointIndex]
     if jointIndex in record.motors_off or scene.motor_revision != record.revision:
@@ -107,9 +107,16 @@ def getJointStates(
         if not wanted:
             return None
         group = joint_group(record, wanted)
-    if record.sensors or not group.is_scalar or scene.motor_revision != record.revision:
+    if not group.is_scalar or scene.motor_revision != record.revision:
         return tuple(_state(client, record, joint) for joint in group.joints)
-    return group.read(record, scene.motor_forces())
+    states = group.read(record, scene.motor_forces())
+    if record.sensors.isdisjoint(group.joints):
+        return states
+    found = list(states)
+    for place, joint in enumerate(group.joints):
+        if joint in record.sensors:
+            found[place] = *found[place][:2], _reaction(client, record, joint), found[place][3]
+    return tuple(found)
 
 
 @command()
@@ -279,6 +286,8 @@ def known_joint_of(client: Client, body: int, joint: int) -> BodyRecord:
 
 def _settable(client: Client, body: int, joint: int) -> BodyRecord:
     """Return the record of a body whose joint is set, as `joint_of`; a new one may be alone."""
+    if client.scene.new_bodies:
+        client.scene.note_boxes(body)
     return _with_joint(client.scene.readable(body, OUT_OF_RANGE), joint)
 
 
@@ -293,7 +302,7 @@ def _state(client: Client, record: BodyRecord, joint: int) -> State:
     if place < 0:
         return 0.0, 0.0, _reaction(client, record, joint), 0.0
     scene = client.scene
-    if record.is_scalar[joint] and not record.sensors:
+    if record.is_scalar[joint] and joint not in record.sensors:
         dof = record.velocity_addresses[joint]
         if joint in record.motors_off or scene.motor_revision != record.revision:
             applied = record.applied[joint]
@@ -304,7 +313,7 @@ def _state(client: Client, record: BodyRecord, joint: int) -> State:
     return (
         record.qpos.item(place if POSITION_COUNT[record.joint_type(joint)] == 1 else place + 1),
         record.qvel.item(record.velocity_addresses[joint]),
-        _reaction(client, record, joint) if record.sensors else NO_REACTION,
+        _reaction(client, record, joint),
         applied if type(applied) is float else applied[0],
     )
 

@@ -157,7 +157,8 @@ def getOverlappingObjects(
 ) -> tuple[tuple[int, int], ...] | None:
     """Return body and link of every link whose box, enlarged by 2 cm, overlaps a box (m); None if none does.
 
-    The body created last comes first, which is mostly Bullet's order.
+    Boxes of bodies that were added since the last step are not enlarged, until they are placed. The body
+    created last comes first, which is mostly Bullet's order.
 
     Raises:
         error: a corner does not have three numbers.
@@ -179,7 +180,7 @@ def _all_boxes(scene: PhysicsScene) -> tuple[int, SceneBoxes]:
     in_order = sorted(scene.bodies.values(), key=lambda record: record.body.id)
     records = [scene.ready(record.number, "") for record in in_order]
     arrays = [(record.link_boxes or _boxes(scene, record)).arrays for record in records]
-    found = scene.link_boxes = scene.world.revision, link_groups().SceneBoxes(scene.world, records, arrays)
+    found = scene.link_boxes = scene.world.revision, link_groups().SceneBoxes(scene, records, arrays)
     return found
 
 

@@ -83,15 +83,14 @@ def restore_from_file(client: Client, file_name: str) -> None:
             _NOT_RESTORED,
             f"{path.name} was saved with other bodies of the same ids; load the same bodies first",
         )
-    scene.world.restore_state(
-        replace(
-            present,
-            values=arrays["values"],
-            static_positions=arrays["static_positions"],
-            static_quaternions=arrays["static_quaternions"],
-            contacts=_contacts_in(arrays, list(_places(scene)), _joint_counts(scene) + 1),
-        )
+    state = replace(
+        present,
+        values=arrays["values"],
+        static_positions=arrays["static_positions"],
+        static_quaternions=arrays["static_quaternions"],
+        contacts=_contacts_in(arrays, list(_places(scene)), _joint_counts(scene) + 1),
     )
+    scene.world.restore_state(state, keeps_points=True)
     for record in scene.bodies.values():
         record.fixed_poses = record.placed = None
     scene.mark_moved()

@@ -33,6 +33,8 @@ def performCollisionDetection(client: Client) -> None:
     scene = client.scene
     scene.world.detect_contacts()
     scene.last_step.drop()
+    if scene.new_bodies:
+        scene.note_boxes()
     if is_machine_code("performCollisionDetection"):
         from roboyard.pybullet.fast.detection_entries import prepare
 
@@ -81,7 +83,7 @@ def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
         )
     scene.last_step.restore(scene.state_contacts.get(stateId, ()))
     try:
-        scene.world.restore_state(state)
+        scene.world.restore_state(state, keeps_points=True)
     except ModelError as problem:
         raise failure("Couldn't restore state.", str(problem)) from None
     for record in scene.bodies.values():

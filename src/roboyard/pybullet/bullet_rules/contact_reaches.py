@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import pairwise
+from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,7 +34,6 @@ from roboyard.pybullet.bullet_rules.shape_bounds import (
     local_bounds,
 )
 from roboyard.sim.physics_profile import BULLET
-from roboyard.sim.stepping.shape_forms import ShapeForms
 from roboyard.transforms import Array, inverse_pose, matrix_from_quaternion, pose_matrix
 
 if TYPE_CHECKING:
@@ -43,9 +43,8 @@ SHARE = 0.02
 """Bullet's contact threshold, as a share of a shape's reach."""
 ENDLESS = 1e9
 """Half size (m) of the boxes of other shapes."""
-_ENDLESS = ENDLESS * np.eye(3)
-_NO_HULL = np.zeros((0, 3))
-ENDLESS_BOX = np.concatenate([np.zeros((1, 3)), _ENDLESS])
+NO_HULL = np.zeros((0, 3))
+ENDLESS_BOX = np.concatenate([np.zeros((1, 3)), ENDLESS * np.eye(3)])
 """(4, 3) box of a shape that is not known."""
 EVERYWHERE = 1e18
 """Half size (m) of Bullet's box around a plane."""
@@ -74,8 +73,10 @@ def reaches_of(bounds: Iterable[tuple[LinkBounds, float]]) -> list[float]:
 @lru_cache(maxsize=512)
 def _reach(box: LinkBounds, margin: float) -> float:
     """Return the largest gap of the points of a link with these bounds and this margin (m)."""
-    lower, upper = box.grown(margin)
-    return float(SHARE * (np.linalg.norm(upper - lower) / 2 + np.linalg.norm(upper + lower) / 2))
+    (a, b, c), (x, y, z) = box.grown(margin).tolist()
+    size = sqrt((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2)
+    place = sqrt((x + a) ** 2 + (y + b) ** 2 + (z + c) ** 2)
+    return SHARE * (size / 2 + place / 2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,6 +172,58 @@ def place_shapes(
     )
 
 
+_PLAIN = frozenset(("solid", "sphere", "cylinder"))
+"""Kinds of bounds around one shape at the inertial frame whose box is known by its half sizes."""
+_ONE_LENGTH, _NO_COMPOUND = np.zeros(1, np.int32), np.zeros(1, np.uint8)
+_AT_LINK = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+
+
+def plain_shape(
+    links: Sequence[LinkModel], bounds: LinkBounds, margin: float, rows: Sequence[Sequence[int]]
+) -> PlacedShapes | None:
+    """Return the only shape of a body of one link as `place_shapes` does, from its half sizes.
+
+    None where the body has more links or shapes, or where these or the centre of mass are not at the link's
+    frame. The cover of such a body is also the box in which Bullet adds it.
+
+    Args:
+        links: of the body.
+        bounds: of its base.
+        margin: of the shape (m).
+        rows: geoms of each link.
+    """
+    if len(links) > 1 or len(rows[0]) != 1 or bounds.kind not in _PLAIN:
+        return None
+    frame, (shape, *others) = links[0].frame, links[0].collisions
+    if others or shape.concave or not isinstance(shape.geometry, Box | Sphere | Cylinder | Capsule):
+        return None
+    if (frame.position, frame.quaternion) != _AT_LINK:
+        return None
+    half = bounds.corners[1]
+    x, y, z = half.tolist()
+    if not max(x, y, z) < ENDLESS:
+        return None
+    box, cover = np.zeros((1, 4, 3)), np.zeros((1, 5, 3))
+    box[0, 1, 0], box[0, 2, 1], box[0, 3, 2] = x, y, z
+    if bounds.kind == "sphere":
+        cover[0, 4] = half
+    else:
+        cover[0, :4] = box[0]
+    edge, row = min(x, y, z) if isinstance(shape.geometry, Box | Cylinder) else 0.0, rows[0][0]
+    return PlacedShapes(
+        geoms=[row],
+        rows=slice(row, row + 1),
+        boxes=box,
+        covers=cover,
+        parts=cover,
+        rounding=np.array([margin if margin < edge else 0.0]),
+        hulls=(NO_HULL,),
+        lengths=_ONE_LENGTH,
+        has_hulls=False,
+        compound=_NO_COMPOUND,
+    )
+
+
 def cover_of(bounds: LinkBounds, margin: float, frame: Pose) -> Array:
     """Return the (5, 3) box around all shapes of a link, as `ShapeForms` has it.
 
@@ -244,44 +297,6 @@ def _places(geoms: Sequence[int]) -> slice | np.ndarray:
     return np.array(geoms, np.intp)
 
 
-def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -> ShapeForms:
-    """Return the shapes of all geoms of an MjModel.
-
-    Args:
-        model: the MjModel.
-        bodies: the shapes of each, and the (k,) rows of its links among MuJoCo's bodies.
-    """
-    geoms = model.ngeom
-    boxes, compound = np.empty((geoms, 4, 3)), np.zeros(geoms, np.uint8)
-    boxes[:, 0], boxes[:, 1:] = 0.0, _ENDLESS
-    covers, parts = np.empty((model.nbody, 5, 3)), np.empty((geoms, 5, 3))
-    covers[:] = parts[:] = ENDLESS_COVER
-    rounding, spans = np.zeros(geoms), np.zeros((geoms, 2), np.int32)
-    corners = _NO_HULL
-    if bodies:
-        places = np.array([geom for body, _ in bodies for geom in body.geoms], np.intp)
-        boxes[places] = np.concatenate([body.boxes for body, _ in bodies])
-        parts[places] = np.concatenate([body.parts for body, _ in bodies])
-        covers[np.concatenate([rows for _, rows in bodies])] = np.concatenate([b.covers for b, _ in bodies])
-        rounding[places] = np.concatenate([body.rounding for body, _ in bodies])
-        lengths = np.concatenate([body.lengths for body, _ in bodies])
-        spans[places, 1] = lengths
-        spans[places, 0] = np.cumsum(lengths) - lengths
-        corners = np.concatenate(
-            [_NO_HULL, *(hull for body, _ in bodies for hull in body.hulls if len(hull))]
-        )
-        compound[places] = np.concatenate([body.compound for body, _ in bodies])
-    return ShapeForms(
-        boxes=boxes,
-        covers=covers,
-        parts=parts,
-        compound=compound,
-        rounding=rounding,
-        hulls=corners,
-        spans=spans,
-    )
-
-
 def body_boxes(
     links: Iterable[Sequence[Collision]], *, implicit_cylinder: bool, two_spheres: bool
 ) -> ShapeBoxes:
@@ -338,7 +353,7 @@ def _without_unknown(found: ShapeBoxes, links: Sequence[Sequence[int]]) -> Shape
         )
         parts.append(found.parts[place] if is_known else np.tile(ENDLESS_COVER, (len(rows), 1, 1)))
         edges.append(found.edges[place] if is_known else np.zeros(len(rows)))
-        hulls += found.hulls[place] if is_known else [_NO_HULL] * len(rows)
+        hulls += found.hulls[place] if is_known else [NO_HULL] * len(rows)
     joined = [np.concatenate(found) for found in (boxes, parts, edges)]
     return ShapeBoxes(joined[0], joined[1], joined[2], tuple(hulls), tuple(map(len, links)))
 
@@ -349,10 +364,10 @@ def _hull_of(shape: Collision) -> np.ndarray:
     from roboyard.sim.build.mesh_assets import convex_hull
 
     if shape.concave or not isinstance(shape.geometry, Mesh):
-        return _NO_HULL
+        return NO_HULL
     mesh = load_scaled(shape.geometry, 1.0)
     if mesh is None or not len(mesh.faces):
-        return _NO_HULL
+        return NO_HULL
     corners = convex_hull(mesh, BULLET.hull_steps, single=is_single(shape.geometry, 1.0))[0]
     turn = matrix_from_quaternion(shape.origin.quaternion)
     return corners @ turn.T + np.asarray(shape.origin.position)

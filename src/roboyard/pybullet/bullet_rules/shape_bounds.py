@@ -40,6 +40,7 @@ TWO_SPHERES_MARGIN = 0.04
 """Bullet's margin of convex shapes without one of their own (m)."""
 PLANE_HALF_SIZE = 1e30
 """Half size of the box around a plane (m)."""
+_PRIMITIVES = (Box, Sphere, Cylinder, Capsule)
 Triple = tuple[float, float, float]
 Shape = tuple[Collision, Array]
 """A collision shape and the (2, 3) corners of its box in its own frame (m)."""
@@ -100,6 +101,11 @@ def link_bounds(
 def _link_bounds(
     frame: Pose, collisions: tuple[Collision, ...], *, implicit_cylinder: bool, from_file: bool
 ) -> LinkBounds:
+    if len(collisions) == 1 and isinstance(collisions[0].geometry, _PRIMITIVES):
+        only = collisions[0]
+        corners = local_bounds(only.geometry, implicit_cylinder=implicit_cylinder)
+        if corners is not None and is_at(only, frame):
+            return _bounds_of_one(only, corners, implicit_cylinder=implicit_cylinder)
     compound_margin = MARGIN if from_file else 0.0
     shapes: list[Shape] = []
     alone: Collision | None = None
@@ -133,8 +139,9 @@ def local_bounds(geometry: Geometry, *, implicit_cylinder: bool, is_rounded: boo
         is_rounded: whether a mesh has the corners of its hull, which are rounded.
     """
     match geometry:
-        case Box(size=size):
-            half = np.asarray(size) / 2
+        case Box(size=(x, y, z)):
+            x, y, z = x / 2, y / 2, z / 2
+            return np.array([[-x, -y, -z], [x, y, z]])
         case Sphere(radius=radius):
             half = np.full(3, radius)
         case Cylinder(radius=radius, length=length):

@@ -14,19 +14,22 @@ import numpy as np
 from roboyard.pybullet.bullet_rules.contact_reaches import (
     ENDLESS_BOX,
     ENDLESS_COVER,
+    NO_HULL,
+    PlacedShapes,
     contact_reaches,
-    shape_forms,
 )
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins, margins_of_rows, special_margins
+from roboyard.sim.stepping.shape_forms import ShapeForms
 
 if TYPE_CHECKING:
-    from roboyard.sim.stepping.shape_forms import ShapeForms
     from roboyard.sim.world import World
 
 _SHAPES, _SHAPE_SETS = "shapes of bodies", 4
 """Name in `Engine.of_arrays`, and number of sets of bodies whose shapes are kept."""
 
-Numbers = tuple[np.ndarray, np.ndarray, "ShapeForms"]
+Numbers = tuple[np.ndarray, np.ndarray, ShapeForms]
+Hulls = dict[int, tuple[int, np.ndarray]]
+"""First corner of each hull among those of all, and the hull, by its id; shapes have them in common."""
 
 
 class ShapeRows:
@@ -43,6 +46,7 @@ class ShapeRows:
         """The records whose rows are written, by their ids in the World."""
         self._is_complete = True
         """Whether other bodies have the shapes that were written."""
+        self._hulls: Hulls = {}
 
     def gather_again(self) -> None:
         """Gather the rows of all bodies when one comes or goes next: those of another one have changed."""
@@ -80,24 +84,28 @@ class ShapeRows:
                 if has_cylinders:
                     cylinders += rows.tolist()
                 triangles += [int(rows[index]) for index in concave]
+            forms, hulls = shape_forms(
+                model, [(record.forms(model), record.body.mujoco_ids) for record in records]
+            )
             numbers = (
                 geom_margins(model, cylinders, triangles),
                 contact_reaches(model, ((record.body.mujoco_ids, record.reaches()) for record in records)),
-                shape_forms(model, [(record.forms(model), record.body.mujoco_ids) for record in records]),
+                forms,
             )
             # with what the key has the ids of
-            found = kept[key] = numbers, [record.model.shared for record in records]
+            found = kept[key] = numbers, hulls, [record.model.shared for record in records]
             while len(kept) > _SHAPE_SETS:
                 del kept[next(iter(kept))]
-        self._numbers, self._key = found[0], key
+        self._numbers, self._hulls, self._key = found[0], found[1], key
 
     def _update(self, world: World, model: Any, records: Mapping[int, Any]) -> bool:
-        """Write the rows of bodies that came or went; return whether all were, which hulls prevent."""
+        """Write the rows of bodies that came or went; return whether all were, which new hulls prevent."""
         placed = self._placed
         gone = [key for key in placed if key not in records]
         come = [key for key in records if key not in placed]
         forms = [placed[key].forms(model) for key in gone], [records[key].forms(model) for key in come]
-        if any(form.has_hulls for both in forms for form in both):
+        hulls = self._hulls
+        if any(len(hull) and id(hull) not in hulls for form in forms[1] for hull in form.hulls):
             return False
         if self._key is not None:  # no longer the numbers of that set of bodies
             world.of_arrays.get(_SHAPES, {}).pop(self._key, None)
@@ -118,9 +126,57 @@ class ShapeRows:
             shapes.boxes[rows], shapes.parts[rows] = form.boxes, form.parts
             shapes.covers[record.body.mujoco_ids] = form.covers
             shapes.rounding[rows], shapes.compound[rows] = form.rounding, form.compound
-            shapes.spans[rows] = len(shapes.hulls), 0
+            shapes.spans[rows] = 0
+            if form.has_hulls:
+                shapes.spans[form.geoms] = [_span(hull, hulls) for hull in form.hulls]
             placed[key] = record
         return True
+
+
+def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -> tuple[ShapeForms, Hulls]:
+    """Return the shapes of all geoms of an MjModel, and the hulls among them.
+
+    Args:
+        model: the MjModel.
+        bodies: the shapes of each, and the (k,) rows of its links among MuJoCo's bodies.
+    """
+    geoms = model.ngeom
+    boxes, compound = np.empty((geoms, 4, 3)), np.zeros(geoms, np.uint8)
+    boxes[:] = ENDLESS_BOX
+    covers, parts = np.empty((model.nbody, 5, 3)), np.empty((geoms, 5, 3))
+    covers[:] = parts[:] = ENDLESS_COVER
+    rounding, spans = np.zeros(geoms), np.zeros((geoms, 2), np.int32)
+    hulls: Hulls = {}
+    if bodies:
+        places = np.array([geom for body, _ in bodies for geom in body.geoms], np.intp)
+        boxes[places] = np.concatenate([body.boxes for body, _ in bodies])
+        parts[places] = np.concatenate([body.parts for body, _ in bodies])
+        covers[np.concatenate([rows for _, rows in bodies])] = np.concatenate([b.covers for b, _ in bodies])
+        rounding[places] = np.concatenate([body.rounding for body, _ in bodies])
+        count = 0
+        for body, _ in bodies:
+            if body.has_hulls:
+                for hull in body.hulls:
+                    if len(hull) and id(hull) not in hulls:
+                        hulls[id(hull)] = count, hull
+                        count += len(hull)
+                spans[body.geoms] = [_span(hull, hulls) for hull in body.hulls]
+        compound[places] = np.concatenate([body.compound for body, _ in bodies])
+    forms = ShapeForms(
+        boxes=boxes,
+        covers=covers,
+        parts=parts,
+        compound=compound,
+        rounding=rounding,
+        hulls=np.concatenate([NO_HULL, *(hull for _, hull in hulls.values())]),
+        spans=spans,
+    )
+    return forms, hulls
+
+
+def _span(hull: np.ndarray, hulls: Hulls) -> tuple[int, int]:
+    """Return first corner and number of corners of a shape's hull, which may have none."""
+    return (hulls[id(hull)][0], len(hull)) if len(hull) else (0, 0)
 
 
 def _of_geoms(values: Sequence[float], geoms: Sequence[Sequence[int]]) -> list[float]:

@@ -149,6 +149,10 @@ def entry(state, given, count, keywords):
 """
 
 
+_MOST_SEEN = 64
+"""Most sides of queries that are prepared again when a body comes or goes."""
+
+
 def closest_call() -> None:
     """Do nothing: the machine code is stored beside the code of this file."""
 
@@ -169,10 +173,21 @@ def prepare(search: ClosestSearch, sides: tuple[tuple[int, Side], ...]) -> None:
     known: Any = world.prepared.get(KIND)
     if known is None or world.is_stale or world.windows.is_active:
         return
+    seen = search.seen
     if _SCENE not in known:
         update, room = partial(world.link_frames, keeps_last=True), search.make_room(_ROOM)
         known[_SCENE] = world, update, *search.arguments(), *room, room[1].reshape(-1)
+        for (body, link), (side, entry) in list(seen.items()):  # before rows of others changed
+            record = search.scene.bodies.get(body)
+            if record is not None and record.sides is not None and record.sides.get(link) is side:
+                known.setdefault(body, {})[link] = entry
+            else:
+                del seen[body, link]
     for link, side in sides:
-        links = known.setdefault(side.places[0][0], {})
+        body = side.places[0][0]
+        links = known.setdefault(body, {})
         if link not in links:
-            links[link] = np.ascontiguousarray(side.geoms, np.int64), tuple(place[1] for place in side.places)
+            entry = np.ascontiguousarray(side.geoms, np.int64), tuple(place[1] for place in side.places)
+            links[link], seen[body, link] = entry, (side, entry)
+            if len(seen) > _MOST_SEEN:
+                del seen[next(iter(seen))]

@@ -31,6 +31,8 @@ class ClosestSearch:
         self.scene = scene
         self._shapes = arrays_of_shapes(scene.world)
         self._room = self.make_room(16)
+        self.seen: dict[tuple[int, int], tuple[Side, Any]] = {}
+        """Sides of queries by body and link, -2 for all, and what machine code has of each."""
 
     def make_room(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return arrays for so many pairs: (count, NUMBERS) and (count, 2); see the loop."""

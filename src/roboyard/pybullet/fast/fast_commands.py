@@ -145,6 +145,7 @@ def replace_properties(
     present: Mapping[str, str] | None = None,
     kind: str | None = None,
     ignored: tuple[str, ...] = (),
+    ranks: Mapping[str, int] | None = None,
 ) -> None:
     """Replace a command with many optional arguments.
 
@@ -156,6 +157,7 @@ def replace_properties(
         present: arguments to the record's attribute that is equal where they change nothing.
         kind: of what functions prepare by `prepare_write`.
         ignored: arguments that change nothing.
+        ranks: arguments to `Properties.ranks`.
     """
     from roboyard.pybullet.fast.property_entries import IGNORED, PROPERTIES, Properties
 
@@ -167,7 +169,10 @@ def replace_properties(
     sizes = tuple((lengths or {}).get(argument, 0) for argument in names)
     attributes = tuple((present or {}).get(argument) for argument in names)
     prepared = None if kind is None else PREPARED[kind]
-    state = Properties(function, by_place, sizes, defaults, first, records, attributes, prepared=prepared)
+    order = tuple((ranks or {}).get(argument, 0) for argument in names)
+    state = Properties(
+        *(function, by_place, sizes, defaults, first, records, attributes), prepared=prepared, ranks=order
+    )
     replace(name, PROPERTIES, state)
 
 

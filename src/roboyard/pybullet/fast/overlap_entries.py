@@ -22,15 +22,21 @@ class OverlapState(NamedTuple):
     zero: int = 0
     """Key of what is prepared of the whole scene."""
     moved: str = "is_moved"
+    old: str = "frames_are_old"
+    kept: str = "kept_frames"
 
 
 _SOURCE = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ZERO, MOVED = range(3, 9)
-WORLD, UPDATE, XPOS, XQUAT, FRAMES, BOXES, ROWS, REACHES, BOX, FOUND_LINKS, OWNERS = range(3, 14)
+COMMAND, PREPARED, NONE, TRUE, ZERO, MOVED, OLD, KEPT = range(3, 11)
+WORLD, UPDATE, XPOS, XQUAT, FRAMES, BOXES, ROWS, REACHES = range(3, 11)
+FIRST, BOX, FOUND_LINKS, OWNERS, SCENE = range(11, 16)
 
 @part
 def has_frames(state, scene):
-    if attribute(word(scene, WORLD), word(state, MOVED)) != word(state, TRUE):
+    is_moved = attribute(word(scene, WORLD), word(state, MOVED)) == word(state, TRUE)
+    if attribute(word(scene, SCENE), word(state, OLD)) != word(state, TRUE):
+        return is_moved or attribute(word(scene, WORLD), word(state, KEPT)) == word(state, NONE)
+    if not is_moved:
         return True
     done = PyObject_Vectorcall(word(scene, UPDATE), words(), 0, 0)
     if done == 0:
@@ -50,6 +56,7 @@ def overlapping(state, scene, low, high):
     count = _loop(
         matrix(word(scene, XPOS)), matrix(word(scene, XQUAT)), matrix(word(scene, FRAMES)),
         matrix(word(scene, BOXES)), integers(word(scene, ROWS)), numbers(word(scene, REACHES)),
+        matrix(word(scene, FIRST)),
         ax, ay, az, bx, by, bz, {BROADPHASE_MARGIN}, numbers(word(scene, BOX)), links,
     )
     if count == 0:

@@ -96,12 +96,16 @@ class Properties(NamedTuple):
     prepared: dict[Any, Any] | None = None
     """By client and first arguments: for each optional argument a `Write` or None."""
     ignored: str = IGNORED
+    ranks: tuple[int, ...] = ()
+    """By optional argument: of those given, the one of largest size says which link all of them are of: the
+    one that is given, or with a negative number the base."""
+    base: int = -1
 
 
 _SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
-NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED = range(11, 17)
+NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED, RANKS, BASE = range(11, 19)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
 MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES, TURNS, IS_INERTIA = range(11, 22)
 {parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE, NUMBER, ITEM, HAS_LENGTH)}
@@ -326,6 +330,17 @@ def is_done(state, given, first, at, record, value, length):
     Py_DecRef(write)
     return done
 
+@part
+def is_of_base(state, given, count, first):
+    largest = 0
+    for place in range(first, count):
+        at = ITEMS + place - first
+        if given[place] != word(word(state, DEFAULTS), at):
+            rank = PyLong_AsLongLong(word(word(state, RANKS), at))
+            if abs(rank) > abs(largest):
+                largest = rank
+    return largest < 0
+
 def entry(state, given, count, keywords):
     first = PyLong_AsLongLong(word(state, FIRST))
     fits = keywords == 0 and first < count <= first + word(word(state, CHANGES), SIZE)
@@ -335,6 +350,8 @@ def entry(state, given, count, keywords):
     passed = words()
     for place in range(first):
         passed[place] = given[place]
+    if is_of_base(state, given, count, first):
+        passed[first - 1] = word(state, BASE)
     place = first
     while place < count:
         at = ITEMS + place - first
@@ -354,7 +371,7 @@ def entry(state, given, count, keywords):
                 Py_IncRef(given[place - 1 + k])
                 PyTuple_SetItem(value, k, given[place - 1 + k])
             place += 1
-        if not is_done(state, given, first, at, record, value, length):
+        if not is_done(state, passed, first, at, record, value, length):
             if length > 0:
                 made = PyTuple_New(length)
                 for k in range(length):

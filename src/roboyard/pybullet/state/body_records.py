@@ -242,6 +242,8 @@ class BodyRecord:
         self.link_reader: LinkReader | None = None
         self.moved_link_reader: MovedLinkReader | None = None
         """Reads a link's state; created on first use."""
+        self.reaction_reader: Any = None
+        """Reads reactions in joints; created on first use."""
         self.link_pusher: LinkPusher | None = None
         """Pushes a link; created on first use."""
         self.link_boxes: LinkBoxes | None = None
@@ -319,9 +321,12 @@ class BodyRecord:
         if self._forms[0] is not model or self._forms[1] != margins:
             key = *margins, *map(len, rows)
             known: dict[Any, PlacedShapes] = of_model(self.model, "forms", _nothing)
-            if key not in known:
-                known[key] = self._place_shapes(rows)
-            self._forms = model, margins, known[key].at(rows)
+            placed = known.get(key)
+            if placed is None:
+                placed = known[key] = self._place_shapes(rows)
+            else:
+                placed = placed.at(rows)
+            self._forms = model, margins, placed
         return self._forms[2]
 
     def first_boxes(self, model: Any) -> tuple[Array, Array] | None:
@@ -337,13 +342,18 @@ class BodyRecord:
             from roboyard.pybullet.bullet_rules.contact_reaches import first_boxes
 
             options = {"at_inertial": self.kind != MULTIBODY, "is_mjcf": self.is_mjcf}
-            known[key] = first_boxes(self.forms(model).covers, self.model.links, **options)
+            covers, links = self.forms(model).covers, self.model.links
+            is_at_link = len(links) == 1 and self.base_is_plain
+            known[key] = covers if is_at_link else first_boxes(covers, links, **options)
         return known[key], np.array(self.first_pose)
 
     def _place_shapes(self, rows: Sequence[Sequence[int]]) -> PlacedShapes:
-        from roboyard.pybullet.bullet_rules.contact_reaches import cover_of, place_shapes
+        from roboyard.pybullet.bullet_rules.contact_reaches import cover_of, place_shapes, plain_shape
 
         bounds = [self.bounds(link - 1) for link in range(len(self.links))]
+        plain = plain_shape(self.model.links, *bounds[0], rows)
+        if plain is not None:
+            return plain
         widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
         compound = [
             max(kind - CONVEX, int(box.kind == "compound" and not is_field(link.collisions)))
@@ -422,6 +432,7 @@ class BodyRecord:
         self.link_groups.clear()
         self.chain_places = None
         self.link_reader = self.moved_link_reader = self.link_pusher = self.link_boxes = self.sides = None
+        self.reaction_reader = None
         self._layout = self._tree = None
         self._has_tree = True
         self.rows = list(rows)
@@ -564,6 +575,12 @@ def _contact_of(model: BodyModel, index: int) -> dict[str, Any]:
         given["contact_stiffness"] = CONTACT_STIFFNESS if contact.stiffness is None else contact.stiffness
         given["contact_damping"] = CONTACT_DAMPING if contact.damping is None else contact.damping
     return {name: value for name, value in given.items() if value is not None}
+
+
+def _renamed(info: tuple[Any, ...], names: Mapping[str, str]) -> tuple[Any, ...]:
+    """Return the fields of getJointInfo with another name, if there is one."""
+    new = names.get(info[1].decode())
+    return info if new is None else (info[0], new.encode(), *info[2:])
 
 
 def _zero_effort(kind: int) -> Any:

@@ -258,8 +258,12 @@ class LastStep:
         self._removed: set[int] = set()
         """Bodies that were removed since then."""
         self._kept = KeptRows([])
-        self._places: tuple[int, np.ndarray | None] | None = None
-        """Revision of the world, and links of its geoms."""
+        self._places: np.ndarray | None = None
+        """Links of the world's geoms, which are written again where bodies came or went."""
+        self._places_of: tuple[int, Any] = (-1, None)
+        """Revision of the world, and MjModel, that they are of."""
+        self._placed: dict[int, list[int]] = {}
+        """Geoms of the bodies whose links were written, by their ids in the World."""
         self._listed: tuple[Listed, Any] | None = None
         self.filtered: dict[Place, None] = {}
         """Links whose contacts are forgotten: a new filter lets Bullet find their pairs again in the next
@@ -293,17 +297,26 @@ class LastStep:
     def places(self) -> np.ndarray | None:
         """Return body, link, kind and id in the World of all geoms, (ngeom, 4); None with soft bodies."""
         world = self._scene.world
-        known = self._places
-        if known is None or known[0] != world.revision:
+        if self._places_of[0] != world.revision:
             model = world.live_model
-            found = np.full((model.ngeom, 4), -1, np.int32)
-            for record in self._scene.bodies.values():
+            if self._places is None or self._places_of[1] is not model:
+                self._places, self._placed = np.full((model.ngeom, 4), -1, np.int32), {}
+            self._places_of = world.revision, model
+            self._write_places(self._places, self._scene.records())
+        return None if self._places_of[1].nflex else self._places
+
+    def _write_places(self, places: np.ndarray, records: dict[int, BodyRecord]) -> None:
+        """Write the links of the geoms of bodies that came, and none for those that went."""
+        placed = self._placed
+        for key in [key for key in placed if key not in records]:
+            places[placed.pop(key)] = -1
+        for key, record in records.items():
+            if key not in placed:
                 geoms = record.body.geom_rows
                 for link, (rows, kinds) in enumerate(zip(geoms, record.kinds(geoms), strict=True)):
-                    found[rows] = record.number, link - 1, 0, record.body.id
-                    found[rows, 2] = kinds
-            known = self._places = world.revision, None if model.nflex else found
-        return known[1]
+                    places[rows] = record.number, link - 1, 0, key
+                    places[rows, 2] = kinds
+                placed[key] = [row for rows in geoms for row in rows]
 
     def listed(self, places: np.ndarray, count: int) -> tuple[Listed, Any] | None:
         """Return the contacts as arrays that stay from step to step, and their bundle.

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from functools import lru_cache
 from os import F_OK, access, getcwd
-from os.path import isabs, isfile, islink, join, normcase
+from os.path import isabs, isfile, islink, join, normcase, samefile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.file_mounts import FileMounts
 
+_MOST_TARGETS = 256
 _PREFIXES = tuple(map(Path, (".", "data", "../data", "../../data", "../../../data", "../../../../data")))
 
 
@@ -55,13 +56,33 @@ def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = N
         for place, file in _candidates(search_path, name):
             if access(place, F_OK) and isfile(place):  # noqa: PTH113 - many times as fast as that of the path
                 if islink(place):  # noqa: PTH114
-                    return file.resolve()
+                    return _target(place, file)
                 return file if isabs(place) else file.absolute()  # noqa: PTH117
     except ValueError:  # no file can have the name
         pass
     if mounts is None:
         return None
     return mounts.find(name) or (mounts.find(str(search_path / name)) if search_path else None)
+
+
+_TARGETS: dict[str, Path] = {}
+
+
+def _target(place: str, link: Path) -> Path:
+    """Return the file that a link leads to, which takes long to find where it is not the same as before."""
+    known = _TARGETS.get(place)
+    if known is None or not _is_same_file(place, known):
+        _TARGETS[place] = known = link.resolve()
+        while len(_TARGETS) > _MOST_TARGETS:
+            del _TARGETS[next(iter(_TARGETS))]
+    return known
+
+
+def _is_same_file(one: str, other: Path) -> bool:
+    try:
+        return samefile(one, other) and not islink(other)  # noqa: PTH114, PTH121
+    except OSError:
+        return False
 
 
 def is_as_named(path: Path, name: str) -> bool:

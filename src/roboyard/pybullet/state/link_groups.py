@@ -11,6 +11,7 @@ import numpy as np
 import roboyard.pybullet.state.state_kernels as kernels
 from roboyard._lazy import lazy_module
 from roboyard.pybullet.state.frames import SINGLE_READS
+from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -202,23 +203,34 @@ class LinkBoxes:
 class SceneBoxes:
     """Boxes around the shapes of all links of a scene; valid until MuJoCo's arrays or the boxes change."""
 
-    __slots__ = ("_answers", "_arrays", "_found", "_owners", "_words", "_world")
+    __slots__ = ("_answers", "_arrays", "_found", "_kept", "_owners", "_scene", "_tables", "_words")
 
     def __init__(
-        self, world: World, records: Sequence[BodyRecord], arrays: Sequence[tuple[Array, Array, np.ndarray]]
+        self,
+        scene: PhysicsScene,
+        records: Sequence[BodyRecord],
+        arrays: Sequence[tuple[Array, Array, np.ndarray]],
     ) -> None:
         """Put the boxes of bodies together; the links of the last body come first in answers.
 
         Args:
-            world: the world.
+            scene: of the bodies.
             records: bodies.
             arrays: `LinkBoxes.arrays` of each body.
         """
-        data, tables = world.live_data, zip(*arrays, strict=True)
-        self._world = world
-        frames, boxes, rows = map(np.concatenate, tables)
+        self._scene, world = scene, scene.world
+        data = world.live_data
+        frames, boxes, rows = map(np.concatenate, zip(*arrays, strict=True))
         reaches = kernels.reaches_of(frames, boxes)
-        self._arrays = kernels.BOXES.of(kernels.Boxes(data.xpos, data.xquat, frames, boxes, rows, reaches))
+        first, place = np.full((len(rows), 6), np.nan), 0
+        for record in records:
+            if record.number in scene.new_bodies:
+                first[place : place + len(record.rows)] = _boxes_as_added(record, world.live_model)
+            place += len(record.rows)
+        self._tables = frames, boxes, rows, reaches, first
+        self._arrays = kernels.BOXES.of(kernels.Boxes(data.xpos, data.xquat, *self._tables))
+        self._kept: tuple[Any, Any] = (None, None)
+        """Poses that were kept, and the same with these."""
         self._owners = [(record.number, link - 1) for record in records for link in range(len(record.rows))]
         self._found = np.zeros(6), np.zeros(len(self._owners), np.int64)
         self._words = self._found[1].data.cast("B")
@@ -226,17 +238,18 @@ class SceneBoxes:
         if "overlaps" in world.prepared:
             world.prepared["overlaps"][0] = (
                 *(world, partial(world.link_frames, keeps_last=True), data.xpos, data.xquat, frames, boxes),
-                *(rows, reaches, *self._found, tuple(self._owners)),
+                *(rows, reaches, first, *self._found, tuple(self._owners), scene),
             )
 
     def inside(self, low: Vector3, high: Vector3, margin: float) -> tuple[tuple[int, int], ...]:
         """Return body and link of those with shapes whose boxes overlap one with (3,) corners (m).
 
-        The box is larger by the margin (m) on all sides.
+        Boxes of links are larger by the margin (m) on all sides. As in Bullet, links are where they were
+        before the last step, until a command needs their present places, and bodies that were not placed
+        since they were added have boxes of their own.
         """
-        self._world.link_frames(keeps_last=True)
         box, found = self._found
-        count = kernels.links_in_box(self._arrays, *low, *high, margin, box, found)
+        count = kernels.links_in_box(self._posed(), *low, *high, margin, box, found)
         key = self._words[: 8 * count].tobytes()
         answer = self._answers.get(key)
         if answer is None:
@@ -244,6 +257,38 @@ class SceneBoxes:
                 self._answers.clear()
             answer = self._answers[key] = tuple(map(self._owners.__getitem__, found[:count].tolist()))
         return answer
+
+    def _posed(self) -> Any:
+        """Return all arrays, with the poses that count."""
+        scene, world = self._scene, self._scene.world
+        if scene.frames_revision != world.revision:
+            scene.frames_are_old = True  # which machine code looks at
+        if scene.frames_are_old:
+            world.link_frames(keeps_last=True)
+            return self._arrays
+        kept = None if world.is_moved else world.kept_frames
+        if kept is None:
+            return self._arrays
+        if self._kept[0] is not kept:
+            self._kept = kept, kernels.BOXES.of(kernels.Boxes(*kept, *self._tables))
+        return self._kept[1]
+
+
+def _boxes_as_added(record: BodyRecord, model: Any) -> Array:
+    """Return the (n, 6) least and largest coordinates (m) of links where Bullet added them to the world.
+
+    Not numbers where these are not known, and for links without shapes.
+    """
+    first = record.first_boxes(model)
+    if first is None:
+        return np.full((len(record.rows), 6), np.nan)
+    covers, pose = first
+    turn = matrix_from_quaternion(pose[3:])
+    half = np.abs(covers[:, 1:4] @ turn.T).sum(axis=1) + covers[:, 4]
+    middle = covers[:, 0] @ turn.T + pose[:3]
+    found = np.concatenate([middle - half, middle + half], axis=1)
+    found[[not link.collisions for link in record.model.links]] = np.nan
+    return found
 
 
 class LinkGroup:

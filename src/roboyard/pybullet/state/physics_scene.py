@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.shape_rows import Numbers
     from roboyard.pybullet.state.body_records import SceneBoxes
     from roboyard.pybullet.state.query_shapes import QueryShapes
-    from roboyard.pybullet.state.reactions.joint_reactions import JointWrenches
+    from roboyard.pybullet.state.reactions.joint_reactions import JointWrenches, WrenchFinder
     from roboyard.sim.body import Body
     from roboyard.sim.pool.lone_bodies import LoneBody
     from roboyard.sim.stepping.shape_forms import ShapeForms
@@ -108,6 +108,8 @@ class PhysicsScene:
         self._shape_places: tuple[int, dict[int, tuple[int, int, float]]] = (-1, {})
         """Revision of the World, and MuJoCo geom to body, link and margin (m) of shapes that were hit."""
         self._margin_shapes: MarginShapes | None = None
+        self.new_bodies: dict[int, BodyRecord] = {}
+        """Bodies by number whose boxes are still those in which Bullet added their links."""
         self.link_boxes: tuple[int, SceneBoxes] | None = None
         """Revision of the World, and boxes around the links of all bodies."""
         self.shape_rows = ShapeRows()
@@ -135,6 +137,7 @@ class PhysicsScene:
         self.parts = 1
         """Parts of the last step. Impulses of the last part are reported over the time of the whole step."""
         self._wrenches: JointWrenches | None = None
+        self._wrench_finder: WrenchFinder | None = None
         self.with_sensors: set[int] = set()
         """Bodies with force-torque sensors."""
 
@@ -175,6 +178,7 @@ class PhysicsScene:
         self._follow(before)
         record = self.enter(model, body, file=file, kind=kind)
         record.first_pose = *position, *orientation
+        self.new_bodies[record.number] = record
         for link, state in zip(body.links, record.links, strict=True):
             link.set_friction(
                 sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
@@ -292,6 +296,7 @@ class PhysicsScene:
         for key in [key for key, request in self.requested.items() if number in (request[0], request[2])]:
             del self.requested[key]
         self.textures.remove_body(record, self.world)
+        self.new_bodies.pop(number, None)
         self.world.remove(record.body)
         self._follow(before)
         del self._records_by_world_id[record.body.id]
@@ -302,6 +307,15 @@ class PhysicsScene:
             self._without_motors.remove(record)
         self.spring_dampers = {key: effort for key, effort in self.spring_dampers.items() if key[0] != number}
         self.filters.remove_body(number)
+
+    def note_boxes(self, number: int | None = None) -> None:
+        """Note that the boxes of a new body, or of all, are from now on those around its shapes."""
+        if number is None:
+            self.new_bodies.clear()
+        elif self.new_bodies.pop(number, None) is None:
+            return
+        self.link_boxes = None
+        self.world.prepared.get("overlaps", {}).clear()
 
     def world_ids(self) -> KeysView[int]:
         """Return the World's ids of all bodies that scripts have."""
@@ -533,9 +547,12 @@ class PhysicsScene:
         if self.motor_revision != self.world.revision:
             return None
         if self._wrenches is None:
-            from roboyard.pybullet.state.reactions.joint_reactions import find_wrenches
+            finder = self._wrench_finder
+            if finder is None or not finder.is_current:
+                from roboyard.pybullet.state.reactions.joint_reactions import WrenchFinder
 
-            self._wrenches = find_wrenches(self.world)
+                finder = self._wrench_finder = WrenchFinder(self.world)
+            self._wrenches = finder.find()
         return self._wrenches
 
     @property
@@ -582,6 +599,8 @@ class PhysicsScene:
         parameters, world = self.parameters, self.world
         if parameters.time_step <= 0:
             return
+        if self.new_bodies:
+            self.note_boxes()
         if self.requested:
             self.build_requested()
         if self._applied_revision != parameters.revision:

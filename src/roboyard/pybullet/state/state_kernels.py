@@ -212,9 +212,12 @@ class Boxes(NamedTuple):
     reaches: Any
     """(n,) lengths (m) from the origin of a link's frame to the farthest point of its box, infinite for a
     plane, and -1 for a link without shapes."""
+    first: Any
+    """(n, 6) least and largest coordinates (m) in the world of links of bodies that were not placed since
+    they were added; not numbers for others."""
 
 
-BOXES = Bundle((record(Boxes, "f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] i8[::1] f8[::1]"),))
+BOXES = Bundle((record(Boxes, "f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] i8[::1] f8[::1] f8[:,::1]"),))
 
 
 def reaches_of(frames: Array, boxes: Array) -> Array:
@@ -229,30 +232,37 @@ def reaches_of(frames: Array, boxes: Array) -> Array:
 def links_in_box(arrays, ax, ay, az, bx, by, bz, margin, box, found):  # pragma: no cover
     """Write the links with shapes whose boxes overlap a box to `found` (n,), the last first; return how many.
 
-    ax to bz: lower and upper corner, which the margin is added to (m). box: (6,) scratch.
+    ax to bz: lower and upper corner (m). margin: added to the boxes of links, but for `first`. box: (6,)
+    scratch.
     """
     return write_links_in_box(
-        *(arrays.xpos, arrays.xquat, arrays.frames, arrays.boxes, arrays.rows, arrays.reaches),
+        *(arrays.xpos, arrays.xquat, arrays.frames, arrays.boxes, arrays.rows, arrays.reaches, arrays.first),
         *(ax, ay, az, bx, by, bz, margin, box, found),
     )
 
 
 def write_links_in_box(
-    xpos, xquat, frames, boxes, rows, reaches, ax, ay, az, bx, by, bz, margin, box, found
+    xpos, xquat, frames, boxes, rows, reaches, first, ax, ay, az, bx, by, bz, margin, box, found
 ):  # pragma: no cover
     """`links_in_box` as a part of machine code."""
-    ax, ay, az, bx, by, bz = ax - margin, ay - margin, az - margin, bx + margin, by + margin, bz + margin
+    px, py, pz, qx, qy, qz = ax - margin, ay - margin, az - margin, bx + margin, by + margin, bz + margin
     count = 0
     for link in range(len(rows) - 1, -1, -1):
+        if first[link, 0] == first[link, 0]:
+            is_below = first[link, 0] <= bx and first[link, 1] <= by and first[link, 2] <= bz
+            if is_below and first[link, 3] >= ax and first[link, 4] >= ay and first[link, 5] >= az:
+                found[count] = link
+                count += 1
+            continue
         row, reach = rows[link], reaches[link]
         x, y, z = xpos[row, 0], xpos[row, 1], xpos[row, 2]
-        if x - reach > bx or y - reach > by or z - reach > bz:
+        if x - reach > qx or y - reach > qy or z - reach > qz:
             continue
-        if reach < 0.0 or x + reach < ax or y + reach < ay or z + reach < az:
+        if reach < 0.0 or x + reach < px or y + reach < py or z + reach < pz:
             continue
         write_box(xpos, xquat, frames, boxes, row, link, box)
-        is_below = box[0] <= bx and box[1] <= by and box[2] <= bz
-        if is_below and box[3] >= ax and box[4] >= ay and box[5] >= az:
+        is_below = box[0] <= qx and box[1] <= qy and box[2] <= qz
+        if is_below and box[3] >= px and box[4] >= py and box[5] >= pz:
             found[count] = link
             count += 1
     return count

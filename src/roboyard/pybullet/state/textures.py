@@ -13,6 +13,7 @@ import numpy as np
 
 from roboyard.description.model import Mesh
 from roboyard.errors import MeshError
+from roboyard.pybullet.state.body_records import of_model
 from roboyard.shapes.load import load_mesh
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.sim.world import World
 
+_MOST_GONE = 256
+"""Most removed bodies whose images have no ids yet."""
 Image = np.ndarray
 """(h, w, 4) uint8."""
 
@@ -35,6 +38,8 @@ class Textures:
         self._of_shapes: dict[int, dict[tuple[int, int], int]] = {}
         """By body: (link, shape index) to texture id; link 0 is the base."""
         self._pending: list[BodyRecord] = []
+        self._gone: list[BodyRecord] = []
+        """Those of `_pending` that were removed."""
 
     def add_body(self, record: BodyRecord) -> None:
         """Register a new body, whose images get ids when one is needed."""
@@ -44,24 +49,30 @@ class Textures:
     def remove_body(self, record: BodyRecord, world: World) -> None:
         """Forget a body before it is removed; the ids of its images are not reused."""
         if record in self._pending:
-            if _has_images(record.model):
+            self._gone.append(record)
+            if record.body.description is None or len(self._gone) > _MOST_GONE:
+                self._pending = [
+                    one for one in self._pending if of_model(one.model, "has images", _has_images)
+                ]
                 self.assign_pending(world)
-            else:
-                self._pending.remove(record)
         self._of_shapes.pop(record.number, None)
 
     def assign_pending(self, world: World) -> None:
         """Assign ids to the images of the bodies added since the last call."""
         for record in self._pending:
-            ids = self._of_shapes[record.number] = {}
-            for link, shapes in sorted(world.render_shapes.of(record.body).items()):
+            ids, is_gone = dict[tuple[int, int], int](), record in self._gone
+            shapes_of = world.render_shapes.of_removed if is_gone else world.render_shapes.of
+            for link, shapes in sorted(shapes_of(record.body).items()):
                 for index, rendered in enumerate(shapes):
                     image = rendered.shape.texture
                     if image is None and rendered.shape.use_mesh_colors:
                         image = rendered.shape.mesh.texture
                     if image is not None:
                         ids[(link, index)] = self.add(image)
+            if not is_gone:
+                self._of_shapes[record.number] = ids
         self._pending.clear()
+        self._gone.clear()
 
     def add(self, image: Image) -> int:
         """Store an image, (h, w, 4) uint8, and return its id."""

@@ -66,11 +66,15 @@ class RenderShapes:
     def without_late_changes(self, body: Body) -> dict[int, list[ShapeAppearance]]:
         """Return the shapes of a body by link index, without changes that are still to come."""
         if body.id not in self._by_body:
-            looks = _gather(body)
-            if self._world.profile.keeps_textures:
-                _keep_textures(looks)
-            self._by_body[body.id] = looks
+            self._by_body[body.id] = self.of_removed(body)
         return self._by_body[body.id]
+
+    def of_removed(self, body: Body) -> dict[int, list[ShapeAppearance]]:
+        """Return the shapes of a body by link index as it had them first; it may have been removed."""
+        looks = _gather(body)
+        if self._world.profile.keeps_textures:
+            _keep_textures(looks)
+        return looks
 
     def change(self, body: Body, link_index: int, shape_index: int, **fields: Any) -> None:
         """Replace fields of one render shape (rgba, texture, ...)."""

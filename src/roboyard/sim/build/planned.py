@@ -30,6 +30,8 @@ from roboyard.transforms import Array
 
 _DOFS = {"fixed": 0, "revolute": 1, "continuous": 1, "prismatic": 1, "spherical": 3}
 """Degrees of freedom of the joints that bodies can be planned with."""
+Friction = tuple[int, float | None, float | None, float | None]
+"""Link, sliding, spinning and rolling friction of one setting; None keeps a coefficient."""
 _PRIMITIVES = (Box, Sphere, Cylinder, Capsule, Plane)
 _MOST_SOUND = 64
 _SOUND: dict[tuple[int, float, bool, int], tuple[RobotDescription, tuple[TriangleMesh, ...]]] = {}
@@ -65,8 +67,8 @@ class PlannedBody:
     """Degrees of freedom, those of a free base included."""
     meshes: tuple[TriangleMesh, ...]
     """Contents of the meshes of its collision shapes."""
-    frictions: list[tuple[int, float | None, float | None, float | None]] = field(default_factory=list)
-    """Link, sliding, spinning and rolling friction of each `Link.set_friction` so far."""
+    frictions: list[Friction] = field(default_factory=list)
+    """Of each `Link.set_friction` so far."""
     armatures: dict[int, float] = field(default_factory=dict)
     """Inertia of motors that was set (kg m² or kg), by joint."""
 
@@ -97,16 +99,20 @@ class PlannedBody:
             and self.quaternion.tobytes() == other.quaternion.tobytes()
         )
 
-    def is_like(self, other: PlannedBody) -> bool:
-        """Return whether the elements of both are the same but for the place of the root link."""
+    def is_built_as(self, other: PlannedBody) -> bool:
+        """Return whether both have the same names, options, inertias of motors and no other meshes."""
         return (
-            (self.description is other.description or self.description == other.description)
-            and self.prefix == other.prefix
+            self.prefix == other.prefix
             and self.options == other.options
-            and (self.frictions, self.armatures) == (other.frictions, other.armatures)
+            and self.armatures == other.armatures
             and len(self.meshes) == len(other.meshes)
             and all(mesh is known for mesh, known in zip(self.meshes, other.meshes, strict=True))
         )
+
+    def is_alike_but_friction(self, other: PlannedBody) -> bool:
+        """Return whether the elements of both are the same but for friction and where the root link is."""
+        is_same = self.description is other.description or self.description == other.description
+        return is_same and self.is_built_as(other)
 
 
 def plan(

@@ -32,7 +32,9 @@ from typing import Any
 from roboyard._mujoco import mujoco
 from roboyard.description.model import RobotDescription
 from roboyard.sim.build.bodies import discard, is_plain
+from roboyard.sim.build.planned import PlannedBody
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
+from roboyard.sim.pool.analytic_templates import Numbers
 from roboyard.sim.pool.rows import PooledBody, PoolRows, add_pooled_body, is_apart
 from roboyard.sim.pool.template_cache import TemplateCache
 from roboyard.sim.pool.templates import BodyTemplate, is_poolable
@@ -250,6 +252,10 @@ class BodyPool:
     def update_inertia(self) -> None:
         """Correct the totals of the world after inertias were written; inactive bodies do not count."""
         self._rows.update_inertia()
+
+    def template_of(self, plan: PlannedBody, numbers: Numbers) -> BodyTemplate | None:
+        """Return the template of a planned body with these numbers; None where MuJoCo rejects it."""
+        return self._templates.of_numbers(numbers, plan.description, plan.options)
 
     def _pooled_templates(self) -> list[BodyTemplate]:
         """Return the templates of the last additions whose layout was seen at least twice."""

@@ -13,7 +13,8 @@ keys, too. Each that came before is made of a spec of its own, which it can be t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -22,9 +23,11 @@ from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets
-from roboyard.sim.build.planned import PlannedBody
+from roboyard.sim.build.planned import Friction, PlannedBody
 from roboyard.sim.build.records import Built
+from roboyard.sim.pool.analytic_templates import Numbers, numbers_of
 from roboyard.sim.pool.model_memory import memory_of
+from roboyard.sim.pool.templates import BodyTemplate, row_starts, write_elements
 from roboyard.transforms import to_wxyz
 
 MOST_BYTES = 64 * 2**20
@@ -39,13 +42,55 @@ class CompileKey:
     settings: tuple[Any, ...]
     """All else, by value: options of the spec, and what else is in it."""
 
+    numbers: dict[int, Numbers | None] = field(default_factory=dict)
+    """Those of bodies, by their places, that were compared with others of the same names."""
+
+    compared: int = 0
+    """Id of the key that this one was compared with last, not held: each would hold all before it."""
+    others: list[int] = field(default_factory=list)
+    """Places of bodies with other numbers than those of that key."""
+
     def is_like(self, other: CompileKey) -> bool:
-        """Return whether both lead to the same model but for the places of root links."""
+        """Return whether both lead to the same model but for numbers that `KeptWorld.renew` writes."""
+        self.compared, self.others = id(other), []
         return (
             len(self.bodies) == len(other.bodies)
             and self.settings == other.settings
-            and all(one.is_like(two) for one, two in zip(self.bodies, other.bodies, strict=True))
+            and all(self._is_akin(other, place) for place in range(len(self.bodies)))
         )
+
+    def _is_akin(self, other: CompileKey, place: int) -> bool:
+        """Return whether bodies differ only in numbers of one shape, friction, and where the root link is."""
+        one, two = self.bodies[place], other.bodies[place]
+        if not one.is_alike_but_friction(two):
+            if one.description.root.name != two.description.root.name or not one.is_built_as(two):
+                return False
+            ours, theirs = self.numbers_at(place), other.numbers_at(place)
+            if ours is None or theirs is None or ours.signature != theirs.signature:
+                return False
+            self.others.append(place)
+        if one.frictions == two.frictions:
+            return True
+        return list(map(_form_of, one.frictions)) == list(map(_form_of, two.frictions))
+
+    def numbers_at(self, place: int) -> Numbers | None:
+        """Return the numbers of the body at a place; None where it has more than one simple shape."""
+        if place not in self.numbers:
+            body = self.bodies[place]
+            self.numbers[place] = numbers_of(body.description, body.options)
+        return self.numbers[place]
+
+
+def _form_of(friction: Friction) -> tuple[Any, ...]:
+    """Return what two settings of friction must have in common for one to replace the other."""
+    link, sliding, spinning, rolling = friction
+    return link, sliding is None, spinning is None, rolling is None, bool(spinning), bool(rolling)
+
+
+Find = Callable[[PlannedBody, Numbers], BodyTemplate | None]
+"""Returns the template of a body with these numbers; None where there is none."""
+Change = tuple[int, BodyTemplate, BodyTemplate]
+"""Place of a body among all, its template, and the one whose numbers the model has."""
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
@@ -69,17 +114,45 @@ class KeptWorld:
     """A copy of them."""
     inertia: float
     """Mean inertia."""
+    templates: dict[int, BodyTemplate] = field(default_factory=dict)
+    """Those of bodies whose numbers were written, by their places."""
+    starts: dict[int, dict[str, int]] = field(default_factory=dict)
+    """First rows of these bodies in each kind of array."""
 
-    def renew(self, bodies: Sequence[PlannedBody]) -> None:
-        """Give model and data the numbers of a compile with the root links at the places of these plans.
+    def changes(self, key: CompileKey, find: Find) -> list[Change] | None:
+        """Return the bodies whose numbers are others by a key; None where they cannot be written."""
+        if key.compared != id(self.key) and not key.is_like(self.key):
+            return None
+        found: list[Change] = []
+        for place in key.others:
+            numbers, former = key.numbers_at(place), self.templates.get(place)
+            if numbers is None:
+                return None
+            if former is None:
+                ours = self.key.numbers_at(place)
+                former = None if ours is None else find(self.key.bodies[place], ours)
+            template = find(key.bodies[place], numbers)
+            if template is None or former is None or template.family is not former.family:
+                return None
+            found.append((place, template, former))
+        return found
+
+    def renew(self, key: CompileKey, changes: Sequence[Change]) -> None:
+        """Give model and data the numbers of a compile with this key.
 
         Only the extent of the scene, from which viewers choose where they look from, stays as it was.
+
+        Args:
+            key: like that of this world.
+            changes: bodies whose numbers are others.
         """
         model, data = self.model, self.data
         self.memory[:] = self.numbers
         model.stat.meaninertia = self.inertia
-        is_moved = False
-        for built, body, known in zip(self.built, bodies, self.key.bodies, strict=True):
+        is_moved, arrays = False, dict[str, np.ndarray]()
+        for place, template, former in changes:
+            self._change(place, template, former, arrays)
+        for built, body, known in zip(self.built, key.bodies, self.key.bodies, strict=True):
             element, joint, wxyz = built.links[0].element, built.free_joint, to_wxyz(body.quaternion)
             element.pos, element.quat = body.position, wxyz  # which others may have moved since
             if body.stands_as(known):
@@ -91,10 +164,42 @@ class KeptWorld:
                 for values in (model.qpos0, model.qpos_spring):
                     values[first : first + 3], values[first + 3 : first + 7] = body.position, wxyz
         mujoco.mj_resetData(model, data)
-        if is_moved:
+        if is_moved or changes:
             mujoco.mj_setConst(model, data)
             bound_inverse_weights(model)
             mujoco.mj_resetData(model, data)
+        if changes:
+            model.stat.meaninertia = self.inertia = float(model.dof_M0.mean()) if model.nv else self.inertia
+
+    def _change(
+        self, place: int, template: BodyTemplate, former: BodyTemplate, arrays: dict[str, np.ndarray]
+    ) -> None:
+        """Write the numbers of a body's template into the model and the spec.
+
+        Args:
+            place: of the body among all.
+            template: of the body.
+            former: template of the numbers that are there.
+            arrays: those of the model that were looked up so far, by name.
+        """
+        record, model = self.built[place].links[0], self.model
+        self.templates[place] = template
+        record.link, record.mass = template.description.root, template.mass
+        write_elements(record.element, record.geoms, template, former)
+        starts = self.starts.get(place)
+        if starts is None:
+            starts = self.starts[place] = row_starts(model, record.element.id)
+        for name in {*template.varied, *former.varied}:
+            values, block = arrays.get(name), template.blocks[name]
+            if values is None:
+                values = arrays[name] = getattr(model, name)
+            start = starts[template.kinds[name]]
+            values[start : start + len(block)] = block
+
+    def is_now(self, key: CompileKey) -> None:
+        """Note that spec and model agree with this key, and that the model has further numbers of it."""
+        self.key = key
+        self.numbers[:] = self.memory
 
 
 Compile = tuple[CompileKey, KeptWorld | None]

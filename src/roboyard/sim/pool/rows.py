@@ -13,7 +13,7 @@ from roboyard.sim.build.bodies import build
 from roboyard.sim.build.records import BuildOptions, Built
 from roboyard.sim.build.solver_options import scale_tolerance
 from roboyard.sim.pool.model_memory import memory_of
-from roboyard.sim.pool.templates import BodyTemplate, row_starts
+from roboyard.sim.pool.templates import BodyTemplate, row_starts, write_elements
 from roboyard.sim.protocols import EngineBody, PoolEngine
 from roboyard.transforms import Array
 
@@ -149,7 +149,8 @@ class PoolRows:
         starts, related = slot.starts, slot.is_pristine and slot.template.family is template.family
         if not (related and slot.template is template):
             is_known = slot.edits == self._engine.element_edits  # but for friction
-            _write_elements(slot, template, only_numbers=related or is_known)
+            known = slot.template if related or is_known else None
+            write_elements(slot.element, slot.geoms, template, known)
             if is_known:
                 self._write_friction(slot, template)
         slot.element.pos, slot.element.quat = position, wxyz
@@ -160,7 +161,8 @@ class PoolRows:
             else:
                 names = INACTIVE_FIELDS if slot.built is None else (*INACTIVE_FIELDS, *INACTIVE_JOINTS)
         else:
-            names = () if self._write_whole(slot, template) else blocks
+            # the places of all bytes take longer to find than to write the blocks once
+            names = () if not slot.is_pristine and self._write_whole(slot, template) else blocks
         for label in names:
             block, start = blocks[label], starts[kinds[label]]
             self._array(label)[start : start + len(block)] = block
@@ -340,15 +342,3 @@ def _rows(kind: str, starts: dict[str, int], counts: dict[str, int]) -> slice:
     """Return a body's rows in one kind of array."""
     first = starts[kind]
     return slice(first, first + counts[kind]) if first >= 0 else slice(0, 0)
-
-
-def _write_elements(slot: PooledBody, template: BodyTemplate, *, only_numbers: bool) -> None:
-    """Write a template's fields into the spec; with `only_numbers` those that differ."""
-    if only_numbers and slot.template is template:
-        return
-    pairs = [(slot.element, template.body, slot.template.body)]
-    pairs += zip(slot.geoms, template.geoms, slot.template.geoms, strict=True)
-    for element, fields, before in pairs:
-        for name, value in fields.items():
-            if not (only_numbers and value is before[name]):
-                setattr(element, name, value)

@@ -8,7 +8,7 @@ from typing import Any
 from roboyard.description.model import RobotDescription
 from roboyard.sim.build.masks import ALL_MASKS
 from roboyard.sim.build.records import BuildOptions
-from roboyard.sim.pool.analytic_templates import analytic_template, numbers_of
+from roboyard.sim.pool.analytic_templates import Numbers, analytic_template, numbers_of
 from roboyard.sim.pool.templates import BodyTemplate, make_template
 
 KEPT, KEPT_COMPILED = 256, 16
@@ -34,17 +34,26 @@ class TemplateCache:
         if known is not None and known[1].is_current():
             return known[1]
         numbers = numbers_of(description, options)
-        found = None
         if numbers is None:
             found = self._find_compiled(description, options)
-        elif numbers.signature in _FAMILIES:
-            found = analytic_template(_FAMILIES[numbers.signature], numbers, description)
         else:
-            found = make_template(description, options)
-            if found is not None:
-                _keep(_FAMILIES, numbers.signature, found)
+            found = self.of_numbers(numbers, description, options)
         if found is not None:
             _keep(self._templates, key, (description, found))
+        return found
+
+    def of_numbers(
+        self, numbers: Numbers, description: RobotDescription, options: BuildOptions
+    ) -> BodyTemplate | None:
+        """Return the template of a description with these numbers; None where there is none."""
+        if options.contype != 1:
+            return self.find(description, options)
+        family = _FAMILIES.get(numbers.signature)
+        if family is not None:
+            return analytic_template(family, numbers, description)
+        found = make_template(description, options)
+        if found is not None:
+            _keep(_FAMILIES, numbers.signature, found)
         return found
 
     def _find_compiled(self, description: RobotDescription, options: BuildOptions) -> BodyTemplate | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -188,6 +189,27 @@ def mesh_files(description: RobotDescription, options: BuildOptions) -> tuple[Tr
         return tuple(load_mesh(path) for path in paths)
     except MeshError:
         return ()
+
+
+def write_elements(
+    element: Any, geoms: Sequence[Any], template: BodyTemplate, former: BodyTemplate | None
+) -> None:
+    """Write a template's fields into a body and its geoms in a spec.
+
+    Args:
+        element: the body.
+        geoms: its geoms.
+        template: the template.
+        former: the template that they agree with, so that only what differs is written; None for all.
+    """
+    if former is template:
+        return
+    written = [(element, template.body), *zip(geoms, template.geoms, strict=True)]
+    known = [{}] * len(written) if former is None else [former.body, *former.geoms]
+    for (part, fields), before in zip(written, known, strict=True):
+        for name, value in fields.items():
+            if former is None or value is not before[name]:
+                setattr(part, name, value)
 
 
 def row_starts(model: Any, row: int, links: int = 1) -> dict[str, int]:

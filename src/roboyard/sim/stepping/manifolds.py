@@ -74,6 +74,8 @@ _POINTS = "points of contacts"
 _STATES = 8
 """Saved states of which it is kept what was written, for programs that restore the same again and again."""
 _NO_GEOMS = np.zeros(0, np.int32)
+_MOST = 2**30
+"""Largest place that is taken from a file."""
 _REFRESHES = 1024
 """Changes of filters between two steps that are followed in their order at least; of more, the last ones."""
 _BLANK = mujoco.MjContact()
@@ -553,7 +555,7 @@ class Manifolds:
         ).T
         points.ranked[:, : len(ranked)] = np.reshape([*ranked], (-1, 2)).T
         points.notes[[LISTED, RANKED, RENUMBERED]] = len(pairs), len(ranked), 2
-        points.notes[CHECKED] = min(max(met.checked, 0), max(len(pairs) - 1, 0))
+        points.notes[CHECKED] = min(max(met.checked, 0), _MOST)  # pairs end before it without moving it
 
 
 @dataclass(frozen=True, slots=True)

@@ -428,12 +428,13 @@ class Stepping:
 
     def find_reactions(self, model: Any, data: Any) -> None:
         """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, as `mj_rnePostConstraint` does."""
-        own, applied, speeds = self._own_forces(data), data.xfrc_applied, data.qvel
+        own = self._own_forces(data) if data.ncon else None
+        applied, speeds = data.xfrc_applied, data.qvel
         kept = applied.copy(), speeds.copy()
         if not self._is_implicit:  # the axes turn by the velocities before the step
             speeds -= model.opt.timestep * data.qacc
         try:
-            if own.any():
+            if own is not None and own.any():
                 assert self._compiled is not None
                 self.in_turn.contact_rows.add_wrenches(model, data, self._compiled[1], own, applied)
             mujoco.mj_rnePostConstraint(model, data)

@@ -112,7 +112,7 @@ def createCollisionShape(
             client, kind, radius, halfExtents, height, fileName, meshScale, planeNormal, vertices, indices,
             FAILED,
         )  # fmt: skip
-    origin = _pose(collisionFramePosition, collisionFrameOrientation)
+    origin = pose_of(collisionFramePosition, collisionFrameOrientation)
     if kind == c.GEOM_HEIGHTFIELD:
         origin = rotated_terrain_frame(origin)
     shape = Collision(
@@ -159,7 +159,8 @@ def createCollisionShapeArray(
             None,
             "createCollisionShapeArray failed.",
         )
-        origin = _pose(at(collisionFramePositions, i, _NOWHERE), at(collisionFrameOrientations, i, _IDENTITY))
+        place = at(collisionFramePositions, i, _NOWHERE)
+        origin = pose_of(place, at(collisionFrameOrientations, i, _IDENTITY))
         shapes.append(Collision(geometry=geometry, origin=origin))
     return keep(client, tuple(shapes))
 
@@ -261,7 +262,8 @@ def rotated_terrain_frame(origin: Pose) -> Pose:
     return Pose(position=origin.position, quaternion=(x, y, z, w))
 
 
-def _pose(position: Vector, orientation: Vector) -> Pose:
+def pose_of(position: Vector, orientation: Vector) -> Pose:
+    """Return the pose that a script gives of a shape in its link's frame, with a unit quaternion."""
     if position is _NOWHERE and orientation is _IDENTITY:
         return _ORIGIN
     turn = _unit(quaternion_or(orientation, _IDENTITY))

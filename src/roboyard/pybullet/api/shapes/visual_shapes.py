@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from posixpath import dirname, join, normpath
 from typing import TYPE_CHECKING, Any
 
@@ -21,11 +21,10 @@ from roboyard.description.model import (
     Material,
     Mesh,
     Plane,
-    Pose,
     Sphere,
     Visual,
 )
-from roboyard.pybullet.api.shapes.collision_shapes import QUARTER_TURN, at, plain_geometry
+from roboyard.pybullet.api.shapes.collision_shapes import QUARTER_TURN, at, plain_geometry, pose_of
 from roboyard.pybullet.bullet_rules.shape_bounds import is_between_ends
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.face import constants as c
@@ -418,18 +417,21 @@ def _visual(
 
         assert vertices is not None
         geometry = replace(geometry, data=mesh_of(vertices, indices, normals, uvs))
-    q = np.array(quaternion_or(orientation, _IDENTITY))
-    x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
     made = Visual(
         geometry=geometry,
-        origin=Pose(position=vector3_or(position, _NOWHERE), quaternion=(x, y, z, w)),
-        material=Material(rgba=(r, g, b, a)),
+        origin=pose_of(position, orientation),
+        material=_paint((r, g, b, a)),
     )
     if key is not None:
         if len(_KNOWN) >= _MOST_KNOWN:
             _KNOWN.clear()
         _KNOWN[key] = made
     return made
+
+
+@lru_cache(_MOST_KNOWN)
+def _paint(rgba: tuple[float, float, float, float]) -> Material:
+    return Material(rgba=rgba)
 
 
 def _keep(client: Client, visuals: tuple[Visual, ...]) -> int:

@@ -1,7 +1,7 @@
-"""Planned bodies of one link that many plans are like: what their elements have is found once.
+"""Planned bodies of one link of primitive shapes: their elements get all fields as they are made.
 
-A program that begins with hundreds of boxes spends a third of its first compile on their elements, most of it
-on numbers that are the same for all of them.
+What elements of a description have is found once for all bodies of it. A program that begins with hundreds of
+boxes spends a third of its first compile on elements otherwise.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from roboyard._records import dataclass
 from roboyard.description.model import Box, Capsule, Cylinder, RobotDescription, Sphere
 from roboyard.sim.build.geoms import COLLISION_GROUP, contact_fields, plain_arguments
 from roboyard.sim.build.masses import mass_fields, masses_of
-from roboyard.sim.build.planned import PlannedBody
+from roboyard.sim.build.planned import Friction, PlannedBody
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
 from roboyard.transforms import to_wxyz
 
 _MOST = 64
 _CONDIM = 3
 """Dimensions of a contact with sliding friction only."""
-Key = tuple[int, int, tuple[tuple[int, float | None, float | None, float | None], ...]]
+Key = tuple[int, int, tuple[Friction, ...]]
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class Elements:
-    """Fields of elements that like bodies have in common."""
+    """Fields of elements that bodies of one description have in common."""
 
     description: RobotDescription
     options: BuildOptions
@@ -36,17 +36,14 @@ class Elements:
     """Fields of each geom."""
 
 
-_BUILT: dict[Key, tuple[RobotDescription, BuildOptions]] = {}
-"""Of what bodies were built once."""
 _KNOWN: dict[Key, Elements] = {}
 
 
-def build_repeated(spec: Any, plan: PlannedBody) -> Built | None:
+def build_plain(spec: Any, plan: PlannedBody) -> Built | None:
     """Add the elements of a planned body of one link to a spec, its friction included.
 
     Returns:
-        None where `build` has to: for the first such body, and with joints, meshes, planes, or shapes without
-        size.
+        None where `build` has to: with joints, meshes, planes, or shapes without size.
     """
     description, options = plan.description, plan.options
     if description.joints or plan.armatures:
@@ -54,9 +51,8 @@ def build_repeated(spec: Any, plan: PlannedBody) -> Built | None:
     key = id(description), id(options), tuple(plan.frictions)
     known = _KNOWN.get(key)
     if known is None or known.description is not description or known.options is not options:
-        known = _elements(plan) if _BUILT.get(key) == (description, options) else None
+        known = _elements(plan)
         if known is None:
-            _keep(_BUILT, key, (description, options))
             return None
         _keep(_KNOWN, key, known)
     root = description.root

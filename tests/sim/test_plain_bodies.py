@@ -1,4 +1,4 @@
-"""Bodies that are built by what was found for like ones have the same elements as single ones."""
+"""Bodies whose elements get all fields as they are made have the same ones as others."""
 
 from __future__ import annotations
 
@@ -58,17 +58,17 @@ def text_of(description: RobotDescription, *, fixed_base: bool) -> str:
 
 @pytest.mark.parametrize("fixed_base", [False, True])
 @pytest.mark.parametrize("shapes", SHAPES)
-def test_repeated_bodies_have_the_elements_of_single_ones(
+def test_plain_bodies_have_the_elements_of_others(
     monkeypatch: pytest.MonkeyPatch, shapes: tuple[Geometry, ...], fixed_base: bool
 ) -> None:
     description = part(shapes, Contact(lateral_friction=0.4, spinning_friction=0.01))
     found = [text_of(description, fixed_base=fixed_base) for _ in range(3)]
-    monkeypatch.setattr(body_module, "build_repeated", lambda spec, plan: None)
+    monkeypatch.setattr(body_module, "build_plain", lambda spec, plan: None)
     alone = text_of(replace(description), fixed_base=fixed_base)
     assert found == [alone] * 3
 
 
-def test_repeated_bodies_with_meshes_are_built_alone() -> None:
+def test_bodies_with_meshes_are_built_otherwise() -> None:
     description = part([Mesh(uri="", path=None, data=box(0.1, 0.1, 0.1))])
     world = World(profile=BULLET, visual_geoms=False)
     for k in range(3):
