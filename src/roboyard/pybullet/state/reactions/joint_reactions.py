@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from roboyard.pybullet.state.reactions.second_pass import cross, minus, plus, ti
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.world import World
 
 
@@ -81,7 +80,7 @@ class WrenchFinder:
         return JointWrenches(data.cfrc_int, wrenches, joints)
 
 
-def reaction(scene: PhysicsScene, record: BodyRecord, joint: int) -> tuple[float, ...]:
+def reaction(scene: Any, record: BodyRecord, joint: int) -> tuple[float, ...]:
     """Return the force (N) and torque (N m) in a joint during the last step, as six numbers.
 
     They act from the parent on the child link through the joint, at the child's centre of mass and in its
