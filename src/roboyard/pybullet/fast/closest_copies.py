@@ -55,7 +55,7 @@ class _Copied(NamedTuple):
 
 
 class _Plan(NamedTuple):
-    """What a query found, for the next one with the same bodies, links and shapes."""
+    """Results of a query, for the next one with the same bodies, links and shapes."""
 
     revision: int
     """Of the bodies' world."""

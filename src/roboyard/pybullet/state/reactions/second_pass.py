@@ -1,9 +1,9 @@
-"""What Bullet adds to the forces in joints when it passes through the links of a body a second time.
+"""Forces in joints that Bullet adds when it passes through the links of a body a second time.
 
 After its solver it passes through all links again, for the forces of contacts, motors and constraints, and
 adds what it finds to the forces that it has found before. The second pass has drag, gyroscopic torques and
 Coriolis accelerations, too, of the velocities that forces alone lead to; so these are in twice. The motor of
-a prismatic joint pushes both links at their centres of mass there, whatever is between these.
+a prismatic joint pushes both links at their centres of mass there, not along one line.
 
 Source:
     Bullet, btMultiBody::computeAccelerationsArticulatedBodyAlgorithmMultiDof with `isConstraintPass`.

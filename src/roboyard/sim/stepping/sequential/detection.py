@@ -1,4 +1,4 @@
-"""What finds the contacts of the present positions as compiled calls, for machine code that makes them."""
+"""The compiled calls that find the contacts of the present positions, for machine code that makes them."""
 
 from __future__ import annotations
 
