@@ -314,7 +314,7 @@ def _state(client: Client, record: BodyRecord, joint: int) -> State:
         record.qpos.item(place if POSITION_COUNT[record.joint_type(joint)] == 1 else place + 1),
         record.qvel.item(record.velocity_addresses[joint]),
         _reaction(client, record, joint),
-        applied if type(applied) is float else applied[0],
+        applied if type(applied) is float else 0.0,  # Bullet has those of spherical joints elsewhere
     )
 
 
