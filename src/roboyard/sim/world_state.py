@@ -38,11 +38,15 @@ class WorldState:
     fits: tuple[int, bytes, bytes, bytes] = (-1, b"", b"", b"")
     """Revision of the world's arrays that it was last found to fit, and bytes of the static poses and of what
     is active."""
+    known_points: bool | None = None
+    """`has_points`, once it was asked for."""
 
     @property
     def has_points(self) -> bool:
         """Whether contacts kept any points."""
-        return self.contacts is not None and bool(self.contacts.counts.any())
+        if self.known_points is None:
+            self.known_points = self.contacts is not None and bool(self.contacts.counts.any())
+        return self.known_points
 
 
 def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
