@@ -223,7 +223,7 @@ def test_a_motor_that_holds_a_pendulum_applies_the_moment_of_its_weight(angle: f
     assert joint.position == pytest.approx(angle, abs=1e-3)
     assert abs(world.motors.applied(joint)[0]) == pytest.approx(9.81 / 2 * abs(np.sin(angle)), rel=1e-2)
     np.testing.assert_allclose(world.motors.forces(), world.motors.applied(joint))
-    np.testing.assert_array_equal(world.stepping.motor_forces(), world.motors.forces())
+    np.testing.assert_array_equal(world.stepping.forces.motor_forces(), world.motors.forces())
 
 
 def test_a_motor_too_weak_for_the_weight_slips_with_all_its_force() -> None:

@@ -76,7 +76,7 @@ def test_forces_of_motors_are_known_without_mujocos_rows() -> None:
     (robot,) = (body for body in world.bodies if len(body.joints) == 3)
     for joint, dof in zip(robot.joints, dofs, strict=True):
         np.testing.assert_array_equal(world.motors.applied(joint), forces[dof])
-    np.testing.assert_array_equal(world.stepping.motor_forces(), forces)
+    np.testing.assert_array_equal(world.stepping.forces.motor_forces(), forces)
 
 
 def test_one_call_finds_what_mujocos_functions_find(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -127,11 +127,11 @@ class Simulation(Engine[Body]):
 
     def contact_forces(self) -> Array:
         """Return (ncon, 3) forces (N) of the last step's contacts along the axes of their frames."""
-        return self.stepping.contact_forces(self._model, self._data)
+        return self.stepping.forces.contact_forces(self._model, self._data)
 
     def find_reactions(self) -> None:
         """Compute MuJoCo's `cacc`, `cfrc_ext` and `cfrc_int` of the last step."""
-        self.stepping.find_reactions(self._model, self._data)
+        self.stepping.forces.find_reactions(self._model, self._data)
 
     def _parts_in_cycles(self) -> Sequence[object]:
         return (self.motors,)

@@ -182,7 +182,7 @@ def _look_at(scene: Any) -> _Seen:
         reaches=scene.contact_reaches() if is_open.any() else None,
         records=scene.records(),
         parts=scene.parts,
-        order=scene.world.stepping.contact_order(len(arrays.distance)).tolist(),
+        order=scene.world.stepping.forces.contact_order(len(arrays.distance)).tolist(),
     )
 
 
@@ -328,7 +328,7 @@ class LastStep:
         Returns:
             None where they are nowhere in memory that is known.
         """
-        in_place = self._scene.world.stepping.contacts_in_place()
+        in_place = self._scene.world.stepping.forces.contacts_in_place()
         if in_place is None:
             return None
         contacts, force, counts, starts = in_place
@@ -368,7 +368,7 @@ class LastStep:
             and arrays.order is world.stepping.manifolds.points.listing
         ):
             prepared[0] = (
-                *(scene, self, *world.stepping.known_rows, kernels().list_known_contacts, bundle),
+                *(scene, self, *world.stepping.forces.known_rows, kernels().list_known_contacts, bundle),
                 *(arrays.numbers, arrays.links.reshape(-1)),
             )
 
@@ -394,7 +394,7 @@ class LastStep:
             return True
         if world.is_stale or self._contacts is not None or self._seen is not None:
             return False
-        count, in_place = world.live_data.ncon, world.stepping.contacts_in_place()
+        count, in_place = world.live_data.ncon, world.stepping.forces.contacts_in_place()
         if not count:
             return False
         pairs = (world.live_data.contact if in_place is None else in_place[0]).geom[:count].tolist()

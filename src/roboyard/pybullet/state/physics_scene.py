@@ -538,7 +538,7 @@ class PhysicsScene:
         They are impulses of the last part of the step over the whole step, as in PyBullet.
         """
         if self._motor_forces is None:
-            forces = self.world.stepping.motor_forces()
+            forces = self.world.stepping.forces.motor_forces()
             self._motor_forces = forces / self.parts if self.parts > 1 else forces
         return self._motor_forces
 

@@ -16,23 +16,21 @@ from roboyard.sim.body import Body
 from roboyard.sim.constraints.constraints import Constraints
 from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
-from roboyard.sim.stepping.contact_rows import ContactRows, find_with_welds, first_half, without
+from roboyard.sim.stepping.contact_rows import find_with_welds, first_half, without
 from roboyard.sim.stepping.fast_turns import FastTurns
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.sequential.detection import Detection
+from roboyard.sim.stepping.sequential.last_forces import LastForces
 from roboyard.sim.stepping.sequential.motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
-from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
 from roboyard.sim.stepping.step_rows import StepRows
 from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
-from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
-effort_kernels = lazy_module("roboyard.sim.stepping.effort_kernels")
 field_contacts = lazy_module("roboyard.sim.stepping.narrow_phase.field_contacts")
 finding = lazy_module("roboyard.sim.stepping.impulses.finding")
 surface_shifts = lazy_module("roboyard.sim.stepping.narrow_phase.surface_shifts")
@@ -58,6 +56,7 @@ class Stepping:
         soft: SoftBodies,
     ) -> None:
         self._world = world
+        self._is_implicit = world.profile.integrator == "implicitfast"
         self._soft = soft
         self._windows = windows
         self.surfaces, self.motors = surfaces, motors
@@ -72,10 +71,11 @@ class Stepping:
         """Points that pairs keep, where contacts are rigid."""
         self.in_turn = SequentialMotors(world, motors, surfaces, self.manifolds, constraints)
         """Robots with motors, where they are solved row by row as Bullet does."""
-        motors.forces_elsewhere = self._own_motor_forces
+        self.forces = LastForces(motors, self.manifolds, self.in_turn, is_implicit=self._is_implicit)
+        """Forces of the last step."""
+        motors.forces_elsewhere = self.forces.own_motor_forces
         self._flags = 0
         """MuJoCo's flags while it found the contacts of the last step."""
-        self._is_implicit = world.profile.integrator == "implicitfast"
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = self._slides = False
         self._is_in_turn = False
         """Whether robots with motors, or constraints, may be solved row by row."""
@@ -124,7 +124,7 @@ class Stepping:
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
-        self._compiled = None
+        self._compiled = self.forces.found = None
         self._is_direct = False
         self.sliding.invalidate()
         self.stops.invalidate()
@@ -157,7 +157,7 @@ class Stepping:
     def set_velocity_limit(self, body_id: int, joint_index: int, largest: float) -> None:
         """Bound a joint's velocity (rad/s or m/s) instead of the world's profile."""
         self._velocity_limits[(body_id, joint_index)] = largest
-        self._compiled = None
+        self._compiled = self.forces.found = None
 
     def next_step(self, model: Any, data: Any) -> None:
         """Execute one step in the way that this world needs."""
@@ -390,64 +390,6 @@ class Stepping:
             answer = self.in_turn.execute(found, r.MAKE, r.SOLVE, 1, r.OF_ALL)
         return answer == r.DONE
 
-    def contact_forces(self, model: Any, data: Any) -> Array:
-        """Return (ncon, 3) forces (N) of the last step's contacts along the axes of their frames."""
-        out = self._own_forces(data)[:, :3]
-        if self.in_turn.contact_rows.is_last:
-            return out
-        wrench = np.zeros(6)
-        for i in np.flatnonzero(data.contact.efc_address >= 0).tolist():
-            mujoco.mj_contactForce(model, data, i, wrench)
-            out[i] = wrench[:3]
-        return out
-
-    def contacts_in_place(self) -> tuple[Contacts, Array, np.ndarray, np.ndarray] | None:
-        """Return contacts of the last step, the forces of its rows, counts (6,), and places of arrays (13,).
-
-        The first count is that of contacts. The arrays may be longer, and stay from step to step. A contact's
-        rows are numbered as `contact_row_kernels.NUMBERED` says, or as MuJoCo does where it made them: then
-        the forces begin at the tenth of the places. None where it is not known where they are.
-        """
-        found = None if self._compiled is None else self._compiled[1]
-        rows = self.in_turn.contact_rows.last
-        if found is None or rows is None:
-            return None
-        return found.contacts, rows.force, found.search.counts, rows.starts
-
-    def contact_order(self, count: int) -> np.ndarray:
-        """Return (n,) the so many contacts of the last step in the order in which Bullet lists them."""
-        points = self.manifolds.points
-        if points.notes[r.ORDERED] == count and self.contacts_in_place() is not None:
-            return points.listing[:count]
-        return np.arange(count, dtype=np.int32)
-
-    @property
-    def known_rows(self) -> tuple[ContactRows, Rows | None]:
-        """The maker of rows, and the arrays with all rows of the last step; see `ContactRows.last`."""
-        return self.in_turn.contact_rows, self.in_turn.contact_rows.last
-
-    def find_reactions(self, model: Any, data: Any) -> None:
-        """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, as `mj_rnePostConstraint` does."""
-        own = self._own_forces(data) if data.ncon else None
-        applied, speeds = data.xfrc_applied, data.qvel
-        kept = applied.copy(), speeds.copy()
-        if not self._is_implicit:  # the axes turn by the velocities before the step
-            speeds -= model.opt.timestep * data.qacc
-        try:
-            if own is not None and own.any():
-                assert self._compiled is not None
-                self.in_turn.contact_rows.add_wrenches(model, data, self._compiled[1], own, applied)
-            mujoco.mj_rnePostConstraint(model, data)
-        finally:
-            applied[:], speeds[:] = kept
-
-    def _own_forces(self, data: Any) -> Array:
-        """Return (ncon, 6) forces and torques of contacts whose rows MuJoCo has not made, 0 of others."""
-        found = None if self._compiled is None else self._compiled[1]
-        if found is None or not found.is_direct or not data.ncon:
-            return np.zeros((data.ncon, 6))
-        return self.in_turn.contact_rows.forces(found, data.ncon)
-
     def _finish_in_block(self, model: Any, data: Any, found: StepRows, timestep: float) -> None:
         """Do what `_finish` does, with rows in MuJoCo's block and without soft bodies."""
         in_turn = self.in_turn
@@ -570,33 +512,6 @@ class Stepping:
         mujoco.mj_projectConstraint(model, data)
         mujoco.mj_referenceConstraint(model, data)
         found.look()
-
-    def motor_forces(self) -> np.ndarray:
-        """Return the (nv,) efforts of all motors in the last step (N m or N)."""
-        own = self.in_turn.contact_rows
-        if own.is_last:
-            return own.motor_efforts()
-        found = None if self._compiled is None else self._compiled[1]
-        if found is not None and found.is_direct:
-            out = np.zeros(found.search.degrees)
-            if effort_kernels().motor_efforts(found.rows, found.search, out):
-                return out
-        return self.motors.forces()
-
-    def joint_forces(self, model: Any) -> np.ndarray:
-        """Return the (nv,) efforts of all motors and limits in the last step (N m or N)."""
-        out, own = self.motor_forces().copy(), self.in_turn.contact_rows
-        if own.is_last:
-            own.add_limit_efforts(model, out)
-        elif self._compiled is not None and self._compiled[1].is_direct:
-            found = self._compiled[1]
-            effort_kernels().limit_efforts(found.rows, found.search, model.jnt_dofadr, out)
-        return out
-
-    def _own_motor_forces(self) -> np.ndarray | None:
-        """Return the (nv,) efforts of all motors where MuJoCo does not have them."""
-        own = self.in_turn.contact_rows
-        return own.motor_efforts() if own.is_last else None
 
     def detect(self, model: Any, data: Any) -> None:
         """Find the contacts of the present positions, whose frames are known."""
@@ -740,6 +655,7 @@ class Stepping:
             found = made[_ROWS] = StepRows(data, model.nv, is_sparse=bool(mujoco.mj_isSparse(model)))
         else:
             found.counts_now()
+        self.forces.found = found
         return model.opt, found, data.qvel, data.qacc, limits, model.nu > 0, model.nhfield > 0
 
     def _gather_limits(self, model: Any, usual: float) -> np.ndarray:

@@ -68,7 +68,7 @@ class WrenchFinder:
         world, data, (motions, forces) = self._world, self._data, self._room
         world.find_reactions()
         model = world.live_model
-        joints = world.stepping.joint_forces(model)
+        joints = world.stepping.forces.joint_forces(model)
         acceleration, efforts, wrenches = np.zeros(model.nv), np.empty(model.nv), np.empty((model.nbody, 6))
         pushes = np.where(self._slides, joints, 0.0)
         arguments = self._links, model.opt.timestep, pushes, acceleration, motions, wrenches, efforts
