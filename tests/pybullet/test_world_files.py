@@ -10,6 +10,8 @@ import pytest
 
 import roboyard.pybullet as p
 
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+"""An OBJ file."""
 SDF = """<sdf version="1.6"><world name="default">
 <model name="ground"><static>1</static><link name="slab"><pose>0 0 -0.5 0 0 0</pose>
   <collision name="c"><geometry><box><size>4 4 1</size></box></geometry></collision></link></model>
@@ -78,9 +80,7 @@ def test_an_sdf_finds_meshes_that_came_later(client: int, tmp_path: Path) -> Non
     )
     (first,) = p.loadSDF(str(file))
     assert b"m.obj" not in p.getCollisionShapeData(first, -1)[0][4]
-    (tmp_path / "m.obj").write_text(
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
-    )
+    (tmp_path / "m.obj").write_text(TETRAHEDRON)
     (second,) = p.loadSDF(str(file))
     assert b"m.obj" in p.getCollisionShapeData(second, -1)[0][4]
 
@@ -167,9 +167,7 @@ def test_an_mjcf_finds_meshes_that_came_later(client: int, tmp_path: Path) -> No
     )
     (first,) = p.loadMJCF(str(file))
     assert p.getCollisionShapeData(first, -1) == ()
-    (tmp_path / "m.obj").write_text(
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
-    )
+    (tmp_path / "m.obj").write_text(TETRAHEDRON)
     (second,) = p.loadMJCF(str(file))
     assert len(p.getCollisionShapeData(second, -1)) == 1
 

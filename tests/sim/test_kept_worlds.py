@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from model_numbers import differing
 
 from roboyard.description.model import (
     Box,
@@ -79,18 +80,6 @@ def fill(made: World, places: np.ndarray, *, fixed: bool = False) -> World:
     bodies[1].links[1].set_friction(sliding=0.3, rolling=0.01)
     made.ensure_compiled()
     return made
-
-
-def numbers(owner: Any) -> dict[str, Any]:
-    found = {name: getattr(owner, name) for name in dir(type(owner)) if not name.startswith("_")}
-    kinds = (np.ndarray, float, int)
-    return {name: np.array(value) for name, value in found.items() if isinstance(value, kinds)}
-
-
-def differing(one: Any, other: Any) -> list[str]:
-    ours, theirs = numbers(one), numbers(other)
-    assert ours.keys() == theirs.keys()
-    return [name for name in ours if not np.array_equal(ours[name], theirs[name], equal_nan=True)]
 
 
 def places(seed: int) -> np.ndarray:
