@@ -203,3 +203,55 @@ def test_a_column_stands_without_compiled_code() -> None:
         for off in ("0", "1")
     ]
     np.testing.assert_allclose(*np.array(places, dtype=float), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("sorts", "links", "speeds", "forces"),
+    [
+        (
+            0,
+            [0, 1, 2, 3, -1, -1, -1, -1],
+            [9.3406e-05, -0.000209475, -0.000837892, 0.000753329, 0.000305086, -9.6484e-05],
+            [11.268916, 14.88436, 15.314173, 7.602003, 2.928821, 2.003588, 3.166958, 1.724722],
+        ),
+        (
+            1,
+            [-1, -1, -1, -1, 3, 2, 1, 0],
+            [0.000100108, -0.000342298, -0.000851552, 0.001586827, 0.00062559, 0.000201161],
+            [2.914305, 2.014595, 3.148322, 1.744107, 7.605888, 15.308964, 14.891928, 11.260633],
+        ),
+    ],
+)
+def test_pairs_are_sorted_by_the_order_in_which_links_were_made_where_asked(
+    client: int, sorts: int, links: list[int], speeds: list[float], forces: list[float]
+) -> None:
+    """Contacts of new pairs are listed from the last link on, and solved from the first; 3 rounds tell."""
+    p.setGravity(0, 0, -9.8)
+    p.setPhysicsEngineParameter(numSolverIterations=3, deterministicOverlappingPairs=sorts)
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    foot = p.createCollisionShape(p.GEOM_SPHERE, radius=0.05)
+    robot = p.createMultiBody(
+        2,
+        p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.3, 0.2, 0.05]),
+        basePosition=[0, 0, 0.256],
+        linkMasses=[0.5] * 4,
+        linkCollisionShapeIndices=[foot] * 4,
+        linkVisualShapeIndices=[-1] * 4,
+        linkPositions=[[0.3, 0.2, -0.2], [0.3, -0.2, -0.204], [-0.3, 0.2, -0.198], [-0.3, -0.2, -0.2]],
+        linkOrientations=[[0, 0, 0, 1]] * 4,
+        linkInertialFramePositions=[[0, 0, 0]] * 4,
+        linkInertialFrameOrientations=[[0, 0, 0, 1]] * 4,
+        linkParentIndices=[0] * 4,
+        linkJointTypes=[p.JOINT_PRISMATIC] * 4,
+        linkJointAxis=[[0, 0, 1]] * 4,
+    )
+    load = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3)
+    p.createMultiBody(1, load, basePosition=[0.1, 0.05, 0.4055])
+    for joint in range(4):
+        p.setJointMotorControl2(robot, joint, p.POSITION_CONTROL, targetPosition=0, force=500)
+    for _ in range(20):
+        p.stepSimulation()
+    found = p.getContactPoints()
+    assert [contact[3] for contact in found] == links
+    np.testing.assert_allclose([c[9] for c in found], forces, rtol=1e-5)
+    np.testing.assert_allclose(np.ravel(p.getBaseVelocity(robot)), speeds, atol=1e-8)

@@ -13,6 +13,8 @@ RESIDUAL = "solverResidualThreshold"
 """Name of the setting below which iterations end."""
 ERP, CONTACT_ERP = "erp", "contactERP"
 """Names of the shares of errors that are corrected in a step: of limits and constraints, of contacts."""
+PAIRS_BY_ENTRY = "deterministicOverlappingPairs"
+"""Name of the setting with which pairs are sorted by the order in which their links were made."""
 SOLVER = "constraintSolverType"
 """Name of the setting of the solver."""
 DANTZIG = 3
@@ -69,7 +71,7 @@ class EngineParameters:
 
     def reset(self) -> None:
         """Restore what resetSimulation resets: gravity, iterations, and the shares of errors."""
-        for name in (RESIDUAL, ERP, CONTACT_ERP, SOLVER):
+        for name in (RESIDUAL, ERP, CONTACT_ERP, SOLVER, PAIRS_BY_ENTRY):
             self.others.pop(name, None)
         self.gravity = (0.0, 0.0, 0.0)
         self.iterations = DEFAULT_ITERATIONS

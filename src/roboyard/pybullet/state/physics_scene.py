@@ -23,6 +23,7 @@ from roboyard.pybullet.state.engine_parameters import (
     CONTACT_ERP,
     DANTZIG,
     ERP,
+    PAIRS_BY_ENTRY,
     RESIDUAL,
     SOLVER,
     TIME_STEP,
@@ -503,6 +504,7 @@ class PhysicsScene:
         if profile.motor_rounds:
             rounds = 0 if p.others.get(SOLVER) == DANTZIG else max(p.iterations, 1)
             solver.set_rounds(rounds, p.others.get(RESIDUAL, profile.motor_residual))
+            solver.sort_pairs(bool(p.others.get(PAIRS_BY_ENTRY)))
         slow = p.restitution_velocity_threshold
         erp, contact_erp = p.others.get(ERP, BULLET.erp), p.others.get(CONTACT_ERP, BULLET.contact_erp)
         if (profile.slow, profile.erp, profile.contact_erp) != (slow, erp, contact_erp):

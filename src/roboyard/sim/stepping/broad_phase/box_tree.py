@@ -20,12 +20,12 @@ Source:
 
 from __future__ import annotations
 
-ABOVE, FIRST, SECOND, LINK, TIES = range(5)
+ABOVE, FIRST, SECOND, LINK, ENTRY, TIES = range(6)
 """Columns of `ties`."""
-ROOT, HELD_NODE, TOP, FREED, WAY, TREE = range(6)
+ROOT, HELD_NODE, TOP, FREED, WAY, ENTERED, TREE = range(7)
 """Places in `tree`: the root; a node kept for the next one; how many numbers were given; the latest that was
-freed, those before it at `ABOVE`; the sides that the next step goes down, one in each bit. All but the last
-two are -1 for none."""
+freed, those before it at `ABOVE`; the sides that the next step goes down, one in each bit; how many leaves
+were entered. The first four are -1 for none."""
 NODE = 9
 """Numbers of a node."""
 WAYS = 0xFFFFFFFF
@@ -106,6 +106,14 @@ def exchange(nodes, ties, tree, node):
     for k in range(NODE):
         nodes[node, k], nodes[above, k] = nodes[above, k], nodes[node, k]
     return above
+
+
+def enter_leaf(ties, tree):
+    """Return the number of a new leaf, which notes how many leaves were entered before it."""
+    leaf = new_node(ties, tree)
+    ties[leaf, ENTRY] = tree[ENTERED]
+    tree[ENTERED] += 1
+    return leaf
 
 
 def new_node(ties, tree):

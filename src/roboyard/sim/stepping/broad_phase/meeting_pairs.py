@@ -23,20 +23,14 @@ from roboyard.sim.stepping.broad_phase.box_tree import (
     SECOND,
     WAY,
     WAYS,
+    enter_leaf,
     find_way,
     free_node,
-    new_node,
     overlap,
     put_in,
     take_out,
 )
-from roboyard.sim.stepping.broad_phase.link_boxes import (
-    BREAKING,
-    follow_link,
-    place_box,
-    place_part,
-    write_leaf,
-)
+from roboyard.sim.stepping.broad_phase.link_boxes import BREAKING, follow_link, place_box, write_leaf
 from roboyard.sim.stepping.broad_phase.pair_table import (
     change_place,
     drop_place,
@@ -44,6 +38,7 @@ from roboyard.sim.stepping.broad_phase.pair_table import (
     note_place,
     note_places,
 )
+from roboyard.sim.stepping.broad_phase.ranking import end_ranks, rank_pairs
 from roboyard.sim.stepping.impulses.records import (
     CHECKED,
     FULL,
@@ -61,8 +56,8 @@ CHECKS = 10
 """Pairs are checked in turn for whether they ended: so many of a hundred in a step."""
 
 
-def meet(mechanism, state, surface, points):
-    """Update the boxes of all links, the pairs and their ranks."""
+def meet(mechanism, state, surface, points, by_entry):
+    """Update the boxes of all links, the pairs and their ranks; see `rank_pairs`."""
     notes, nodes, ties, tree = points.notes, points.nodes, points.ties, points.tree
     if notes[RENUMBERED] > 1:
         note_places(points.pairs, points.table, notes[LISTED])
@@ -94,7 +89,7 @@ def meet(mechanism, state, surface, points):
         end_pairs(mechanism, points, met, has_changed)
     notes[RENUMBERED] = notes[REFRESHED] = 0
     notes[STEPS] += 1
-    rank_pairs(state, surface, points)
+    rank_pairs(state, surface, points, by_entry)
 
 
 def enter_links(mechanism, state, surface, points):
@@ -119,7 +114,7 @@ def enter_links(mechanism, state, surface, points):
             end_pairs_of(points, link)
             place_box(state, surface.covers, link, link, points.bounds)
         entered = 1
-        leaf = points.leaves[link] = new_node(ties, tree)
+        leaf = points.leaves[link] = enter_leaf(ties, tree)
         ties[leaf, SECOND], ties[leaf, LINK] = -1, link
         write_leaf(nodes, points.bounds, leaf, link, 0.0)
         put_in(nodes, ties, tree, leaf)
@@ -255,65 +250,3 @@ def end_pair(points, place):
         change_place(pairs, table, last, place)
         for k in range(3):
             pairs[k, place] = pairs[k, last]
-
-
-def rank_pairs(state, surface, points):
-    """Give ranks to pairs of shapes that have none, and take those of parts of compounds that parted."""
-    pairs, turns, firsts, sizes = points.pairs, points.turns, points.firsts, points.sizes
-    compound = surface.compound
-    for place in range(points.notes[LISTED]):
-        if pairs[2, place] == HIDDEN or pairs[2, place] == 0:
-            continue
-        one, two = pairs[0, place], pairs[1, place]
-        has_parts = compound[turns[firsts[one]]] > 0 or compound[turns[firsts[two]]] > 0
-        for k in range(sizes[one]):
-            for m in range(sizes[two]):
-                first, second = turns[firsts[one] + k], turns[firsts[two] + m]
-                meets = True
-                if has_parts:
-                    place_part(state, surface, points, first, one)
-                    place_part(state, surface, points, second, two)
-                    meets = overlap(points.tight, first, second)
-                rank_shapes(points, min(first, second), max(first, second), meets)
-        if not has_parts and points.notes[FULL] == 0:
-            pairs[2, place] = 0
-
-
-def rank_shapes(points, a, b, meets):
-    """Give a pair of shapes, a < b, a rank, or take it where the boxes of parts of compounds have parted."""
-    notes, ranked, rank = points.notes, points.ranked, find_place(points.ranked, points.rank_table, a, b)
-    if not meets and rank >= 0:
-        end_rank(points, rank)
-    elif meets and rank < 0:
-        rank = notes[RANKED]
-        if rank >= ranked.shape[1]:
-            notes[FULL] = 1
-            return
-        ranked[0, rank], ranked[1, rank] = a, b
-        notes[RANKED] = rank + 1
-        notes[SORTED] = 0
-        note_place(ranked, points.rank_table, rank)
-
-
-def end_ranks(points, place):
-    """End the ranks of all shapes of a pair of links."""
-    one, two = points.pairs[0, place], points.pairs[1, place]
-    for k in range(points.sizes[one]):
-        for m in range(points.sizes[two]):
-            first = points.turns[points.firsts[one] + k]
-            second = points.turns[points.firsts[two] + m]
-            rank = find_place(points.ranked, points.rank_table, min(first, second), max(first, second))
-            if rank >= 0:
-                end_rank(points, rank)
-
-
-def end_rank(points, rank):
-    """Let the pair of the last rank take that of a pair of shapes."""
-    ranked, table = points.ranked, points.rank_table
-    drop_place(ranked, table, rank)
-    last = points.notes[RANKED] - 1
-    if rank < last:
-        change_place(ranked, table, last, rank)
-        ranked[0, rank], ranked[1, rank] = ranked[0, last], ranked[1, last]
-    points.notes[RANKED] = last
-    points.notes[SORTED] = 0

@@ -10,7 +10,7 @@ from roboyard.sim.stepping.impulses.contact_order import order_contacts
 from roboyard.sim.stepping.impulses.entries import copy_entries, entry_of, place_of
 from roboyard.sim.stepping.impulses.grouping import gather_groups, order_parts
 from roboyard.sim.stepping.impulses.point_pairs import push_at_points
-from roboyard.sim.stepping.impulses.records import SORTED, TAKEN_UP, WITHOUT_CONTACTS
+from roboyard.sim.stepping.impulses.records import BY_ENTRY, SORTED, TAKEN_UP, WITHOUT_CONTACTS
 from roboyard.sim.stepping.impulses.rows import choose_trees, order_rows
 from roboyard.sim.stepping.impulses.slide_directions import turn_slides
 
@@ -31,7 +31,8 @@ def arrange(rows, contacts, search, mechanism, state, points, surface, solver, w
     ):  # fmt: skip
         return
     left = order_contacts(
-        contacts, geom.shape[0], mechanism, state, surface, points, solver.groups
+        contacts, geom.shape[0], mechanism, state, surface, points, solver.groups,
+        solver.rules[BY_ENTRY] > 0.0,
     )  # fmt: skip
     if points.notes[SORTED] == 1:
         order_parts(mechanism, points, solver.groups)

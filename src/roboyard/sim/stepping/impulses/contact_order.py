@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from roboyard.sim.stepping.broad_phase.meeting_pairs import meet
 from roboyard.sim.stepping.broad_phase.pair_table import find_place
+from roboyard.sim.stepping.broad_phase.ranking import entry_of, sort_by_entries
 from roboyard.sim.stepping.impulses.records import (
     GROUP,
     HEAD,
     LISTED,
+    ONE,
     ORDERED,
     RANGE_END,
     RANGE_START,
@@ -21,15 +23,18 @@ from roboyard.sim.stepping.impulses.records import (
     RANKED,
     SORTED,
     TAKEN_UP,
+    TWO,
 )  # fmt: skip
+from roboyard.sim.stepping.impulses.slide_directions import kind_of
 
 
-def order_contacts(contacts, count, mechanism, state, surface, points, groups):
+def order_contacts(contacts, count, mechanism, state, surface, points, groups, by_entry):
     """Write the contacts in Bullet's order into `Points.sequence`; return how many rows the others have.
 
     Those are the contacts across gaps that do not push; soft bodies' contacts are in neither.
     groups: (ntree,) work array. Where the surfaces have no boxes, the order is MuJoCo's. All contacts are
-    written into `Points.listing`, too, in the order of ranks, in which Bullet lists them.
+    written into `Points.listing`, too, in the order of ranks, in which Bullet lists them. by_entry: whether
+    pairs of a group are sorted by the turns in which their links entered the broad phase.
     """
     notes, work, geom = points.notes, points.work, contacts.geom
     taken = left = 0
@@ -45,7 +50,7 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
             taken += 1
         notes[TAKEN_UP] = taken
         return left
-    meet(mechanism, state, surface, points)
+    meet(mechanism, state, surface, points, by_entry)
     ranks = notes[RANKED]
     for rank in range(ranks):
         work[HEAD, rank] = -1
@@ -74,7 +79,11 @@ def order_contacts(contacts, count, mechanism, state, surface, points, groups):
     list_chain(points, others)
     if notes[SORTED] == 0:
         group_pairs(mechanism, points, ranks, groups)
-        sort_by_groups(work[RANK], work[GROUP], work[RANGE_START], work[RANGE_END], ranks)
+        if by_entry:
+            write_entries(mechanism, surface, points, ranks)
+            sort_by_entries(work, RANK, ranks)
+        else:
+            sort_by_groups(work[RANK], work[GROUP], work[RANGE_START], work[RANGE_END], ranks)
         notes[SORTED] = 1
     for place in range(ranks):
         n = work[HEAD, work[RANK, place]]
@@ -142,6 +151,21 @@ def group_pairs(mechanism, points, ranks, groups):
             tree = geom_tree[ranked[1, rank]]
         work[RANK, rank] = rank
         work[GROUP, rank] = root_of(groups, places[tree]) if tree >= 0 else -1
+
+
+def write_entries(mechanism, surface, points, ranks):
+    """Write the turns in which the links of each rank entered, of the one that Bullet lists first, first."""
+    work, ranked, geom_body = points.work, points.ranked, mechanism.geom_body
+    for rank in range(ranks):
+        a, b = ranked[0, rank], ranked[1, rank]
+        one, two = entry_of(points, geom_body[a]), entry_of(points, geom_body[b])
+        kinds = (
+            kind_of(mechanism.geom_type, surface.compound, a),
+            kind_of(mechanism.geom_type, surface.compound, b),
+        )
+        if kinds[1] > kinds[0] or (kinds[1] == kinds[0] and two < one):
+            one, two = two, one
+        work[ONE, rank], work[TWO, rank] = one, two
 
 
 def root_body(mechanism, tree):

@@ -8,7 +8,7 @@ import numpy as np
 
 from roboyard._mujoco import mujoco
 from roboyard._records import NamedTuple, dataclass
-from roboyard.sim.stepping.broad_phase.box_tree import NODE, TIES, TOP, TREE, WAY, new_node, put_in
+from roboyard.sim.stepping.broad_phase.box_tree import ENTERED, NODE, TIES, TOP, TREE, WAY, enter_leaf, put_in
 from roboyard.sim.stepping.face_corners import SCRATCH
 from roboyard.sim.stepping.impulses.records import (
     LINKS,
@@ -59,7 +59,7 @@ def make_points(order: CreationOrder, pairs: int, meeting: int, nodes: int = 0) 
     notes[[SHAPES, LINKS]] = _write_ages(turns, ages), np.count_nonzero(order.links >= 0)
     room, table = _nodes_for(bodies, nodes), 1 << (2 * meeting).bit_length()
     tree = np.full(TREE, -1, np.int64)
-    tree[[TOP, WAY]] = 0
+    tree[[TOP, WAY, ENTERED]] = 0
     bounds = np.zeros((bodies, 6))
     bounds[:, 0] = 1.0
     return Points(
@@ -111,10 +111,10 @@ def tree_of_boxes(boxes: Array) -> tuple[np.ndarray, Array, np.ndarray, np.ndarr
     count = len(boxes)
     nodes, ties = np.zeros((2 * count + 2, NODE)), np.full((2 * count + 2, TIES), -1, np.int32)
     tree = np.full(TREE, -1, np.int64)
-    tree[[TOP, WAY]] = 0
+    tree[[TOP, WAY, ENTERED]] = 0
     leaves = np.zeros(count, np.int32)
     for place, box in enumerate(boxes):
-        leaf = leaves[place] = new_node(ties, tree)
+        leaf = leaves[place] = enter_leaf(ties, tree)
         nodes[leaf] = [*box, *(box[:3] + box[3:])]
         put_in(nodes, ties, tree, leaf)
     return leaves, nodes, ties, tree
@@ -171,7 +171,7 @@ def forget_points(points: Points) -> None:
     points.notes[:], points.bounds[:], points.bounds[:, 0] = 0, 0.0, 1.0
     points.notes[[SHAPES, LINKS, RENUMBERED]] = shapes, links, 2  # so that the tables are emptied
     points.leaves[:], points.tree[:] = -1, -1
-    points.tree[[TOP, WAY]] = 0
+    points.tree[[TOP, WAY, ENTERED]] = 0
     _forget_boxes(points)
 
 

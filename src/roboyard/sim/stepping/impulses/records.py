@@ -23,8 +23,9 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
     SEEN,
     IS_BOUNDED,
     SLOP,
+    BY_ENTRY,
     RULES,
-) = range(16)
+) = range(17)
 """Places in `Solver.rules`."""
 WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
 """Lines of `Solver.lines`, each of as many numbers as there are rows, rounded up to blocks."""
@@ -40,9 +41,9 @@ LIMIT, MOTOR, EQUALITY = range(3)
 """Kinds of parts."""
 HIDDEN = -2
 """In place of a rank: of two links of a body that never touch, but are a pair in Bullet's broad phase."""
-RANK, GROUP, HEAD, RANGE_START, RANGE_END, WORK = range(6)
+RANK, GROUP, HEAD, RANGE_START, RANGE_END, ONE, TWO, WORK = range(8)
 """Rows of `Points.work`: ranks and the groups of their pairs, as they are sorted; the first contact in the
-order of solution at each rank; ends of ranges to be sorted."""
+order of solution at each rank; ends of ranges to be sorted; turns in which links entered the broad phase."""
 EQUALITY_ROWS = 6
 """Most rows of an equality."""
 DENSE = 128
@@ -271,7 +272,7 @@ class Solver(NamedTuple):
     largest: np.ndarray
     """(nv,) bounds of velocities."""
     rules: np.ndarray
-    """(15,) numbers; see TIMESTEP and those that follow."""
+    """(16,) numbers; see TIMESTEP and those that follow."""
     taken: np.ndarray
     groups: np.ndarray
     """(ntree,) work array of `order_contacts`."""

@@ -77,6 +77,10 @@ def comes_second(geom_type, compound, ages, a, b):
 
     Parts of compounds within compounds come before other parts.
     """
-    one = 0 if geom_type[a] == PLANE or geom_type[a] == FIELD else 1 + compound[a]
-    two = 0 if geom_type[b] == PLANE or geom_type[b] == FIELD else 1 + compound[b]
+    one, two = kind_of(geom_type, compound, a), kind_of(geom_type, compound, b)
     return two > one or (two == one and ages[b] < ages[a])
+
+
+def kind_of(geom_type, compound, geom):
+    """Return a number that is larger for geoms that Bullet lists before others."""
+    return 0 if geom_type[geom] == PLANE or geom_type[geom] == FIELD else 1 + compound[geom]

@@ -69,6 +69,7 @@ class SequentialMotors:
         self._manifolds, self._constraints = manifolds, constraints
         self._rounds: int = world.profile.motor_rounds
         self._residual: float = world.profile.motor_residual
+        self._by_entry = False
         self._largest: np.ndarray | None = None
         self._unbounded = np.zeros(0)
         """(nv,) infinite bounds."""
@@ -111,6 +112,13 @@ class SequentialMotors:
         """
         self._rounds, self._residual = rounds, residual
         self.refresh()
+
+    def sort_pairs(self, by_entry: bool) -> None:
+        """Set the order of pairs of shapes: that in which their links met, or in which these were made."""
+        if self._by_entry != by_entry:
+            self._by_entry = by_entry
+            self._manifolds.points.notes[r.SORTED] = 0
+            self.refresh()
 
     def bound_velocities(self, largest: np.ndarray | None) -> None:
         """Set the (nv,) bounds on velocities (rad/s or m/s) after a step; None for none."""
@@ -351,7 +359,7 @@ class SequentialMotors:
             self._bundle = None
         written = (
             *(timestep, profile, self._residual, self._rounds, surfaces.are_compliant, world.hard_contacts),
-            *(self._manifolds.keeps, self._largest is not None),
+            *(self._manifolds.keeps, self._largest is not None, self._by_entry),
         )
         if written != self._written:
             self._written = written
@@ -413,6 +421,7 @@ class SequentialMotors:
         rules[r.LIMITS_ARE_HARD], rules[r.CONTACTS_ARE_HARD] = profile.hard_contacts, world.hard_contacts
         rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
         rules[r.IS_BOUNDED], rules[r.SLOP] = self._largest is not None, profile.contact_slop
+        rules[r.BY_ENTRY] = self._by_entry
 
     def _order(self, mechanism: r.Mechanism, model: Any) -> None:
         """Write the order of solution."""
