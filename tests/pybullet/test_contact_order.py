@@ -255,3 +255,28 @@ def test_pairs_are_sorted_by_the_order_in_which_links_were_made_where_asked(
     assert [contact[3] for contact in found] == links
     np.testing.assert_allclose([c[9] for c in found], forces, rtol=1e-5)
     np.testing.assert_allclose(np.ravel(p.getBaseVelocity(robot)), speeds, atol=1e-8)
+
+
+def test_the_link_that_got_a_filter_last_is_listed_second(client: int) -> None:
+    """Of two shapes of a kind; before, that of the body which was made last."""
+    p.setGravity(0, 0, -9.8)
+    ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+    for k in range(2):
+        p.createMultiBody(k, ball, basePosition=[0.05 * k, 0, 0.19 * k])
+    found = []
+    for step in range(4):
+        if step == 2:
+            p.setCollisionFilterPair(1, 0, -1, -1, 1)
+        p.stepSimulation()
+        (contact,) = p.getContactPoints()
+        found.append((contact[1:3], contact[5], contact[7], contact[9]))
+    recorded = [
+        ((0, 1), (0.025449, 0.0, 0.096707), (-0.254493, 0.0, -0.967075), 25.7029),
+        ((0, 1), (0.025465, 0.0, 0.096703), (-0.254645, 0.0, -0.967035), 8.18149),
+        ((1, 0), (0.024733, 0.0, 0.093804), (0.254949, 0.0, 0.966955), 8.28344),
+        ((1, 0), (0.024838, 0.0, 0.094023), (0.255403, 0.0, 0.966835), 8.37614),
+    ]
+    for (bodies, point, normal, force), (pair, place, way, push) in zip(found, recorded, strict=True):
+        assert bodies == pair
+        np.testing.assert_allclose([*point, *normal], [*place, *way], atol=1e-6)
+        assert force == pytest.approx(push, rel=1e-5)

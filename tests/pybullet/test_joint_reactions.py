@@ -103,3 +103,29 @@ def test_joint_damping_is_of_the_speed_before_all_substeps(client: int, tmp_path
         p.stepSimulation()
         found.append(p.getJointState(body, 0)[:2])
     np.testing.assert_allclose(found, DAMPED, atol=1e-8)
+
+
+def test_a_deep_contact_pushes_a_link_at_its_own_point(client: int) -> None:
+    """Two spheres are 0.1 m in the ground and slide: friction acts at their lowest points."""
+    p.setGravity(0, 0, -9.81)
+    ground = p.createCollisionShape(p.GEOM_BOX, halfExtents=[5, 5, 1])
+    p.createMultiBody(0, ground, basePosition=[0, 0, -1])
+    foot = p.createCollisionShape(p.GEOM_SPHERE, radius=0.08)
+    body = p.createMultiBody(
+        1, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), -1, [0, 0, 0.28],
+        linkMasses=[0.7, 0.4], linkCollisionShapeIndices=[foot] * 2, linkVisualShapeIndices=[-1] * 2,
+        linkPositions=[[0.2, 0.1, -0.3], [-0.2, 0.05, -0.3]], linkOrientations=[[0, 0, 0, 1]] * 2,
+        linkInertialFramePositions=[[0, 0, 0]] * 2, linkInertialFrameOrientations=[[0, 0, 0, 1]] * 2,
+        linkParentIndices=[0, 0], linkJointTypes=[p.JOINT_FIXED, p.JOINT_REVOLUTE],
+        linkJointAxis=[[0, 0, 1], [0, 1, 0]],
+    )  # fmt: skip
+    p.resetBaseVelocity(body, [0.5, 0.2, 0])
+    for joint in range(2):
+        p.enableJointForceTorqueSensor(body, joint, 1)
+    p.stepSimulation()
+    found = [state[2] for state in p.getJointStates(body, [0, 1])]
+    recorded = [
+        [68.972586, 64.544557, -337.430159, 7.636359, -11.080666, 0.064185],
+        [21.842629, 26.295838, -122.07398, 3.975157, 0.0, 0.036677],
+    ]
+    np.testing.assert_allclose(found, recorded, atol=2e-5)

@@ -78,11 +78,24 @@ def test_an_sdf_finds_meshes_that_came_later(client: int, tmp_path: Path) -> Non
         '<sdf version="1.6"><model name="a"><link name="b"><collision name="c"><geometry><mesh>'
         "<uri>m.obj</uri></mesh></geometry></collision></link></model></sdf>"
     )
-    (first,) = p.loadSDF(str(file))
-    assert b"m.obj" not in p.getCollisionShapeData(first, -1)[0][4]
+    with pytest.raises(p.error, match=r"Cannot load SDF file\.[\s\S]*m\.obj"):
+        p.loadSDF(str(file))
+    assert p.getNumBodies() == 0
     (tmp_path / "m.obj").write_text(TETRAHEDRON)
-    (second,) = p.loadSDF(str(file))
-    assert b"m.obj" in p.getCollisionShapeData(second, -1)[0][4]
+    (body,) = p.loadSDF(str(file))
+    assert b"m.obj" in p.getCollisionShapeData(body, -1)[0][4]
+
+
+def test_meshes_of_an_sdf_with_a_leading_slash_are_beside_it(client: int, tmp_path: Path) -> None:
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "m.obj").write_text(TETRAHEDRON)
+    file = tmp_path / "mesh.sdf"
+    file.write_text(
+        '<sdf version="1.6"><model name="a"><link name="b"><collision name="c"><geometry><mesh>'
+        "<uri>/meshes/m.obj</uri></mesh></geometry></collision></link></model></sdf>"
+    )
+    (body,) = p.loadSDF(str(file))
+    assert b"m.obj" in p.getCollisionShapeData(body, -1)[0][4]
 
 
 def test_poses_of_an_sdf_nest(sdf: tuple[int, ...]) -> None:

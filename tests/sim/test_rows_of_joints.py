@@ -106,7 +106,8 @@ def _wrenches(model: mujoco.MjModel, data: mujoco.MjData, forces: np.ndarray) ->
         force, torque = frame.T @ numbers[:3], frame.T @ numbers[3:]
         for geom, sign in zip(contact.geom, (-1.0, 1.0), strict=True):
             body = model.geom_bodyid[geom]
-            arm_of_force = contact.pos - data.xipos[body]
+            on_surface = contact.pos + 0.5 * sign * contact.dist * frame[0]
+            arm_of_force = on_surface - data.xipos[body]
             out[body] += sign * np.concatenate([force, torque + np.cross(arm_of_force, force)])
     return out
 
@@ -121,7 +122,8 @@ def test_contacts_push_bodies_at_their_points() -> None:
     found, own = world.stepping._compiled[1], world.stepping.in_turn.contact_rows
     forces = np.random.default_rng(0).normal(size=(data.ncon, 6))
     wrenches = np.ones((model.nbody, 6))
-    own.add_wrenches(model, data, found, forces, wrenches)
+    in_turn, points = world.stepping.in_turn, world.stepping.manifolds.points
+    own.add_wrenches(model, data, found, forces, in_turn.surface, points, wrenches)
     assert data.ncon > 4
     np.testing.assert_allclose(wrenches - 1.0, _wrenches(model, data, forces), atol=1e-12)
     assert np.abs(wrenches).max() > 1.0

@@ -199,6 +199,29 @@ def test_a_missing_limit_is_explained_with_its_line(client: int, tmp_path: Path)
     assert "limit.urdf:" in note
 
 
+@pytest.mark.parametrize("place", ["visual", "collision"])
+@pytest.mark.parametrize("name", ["missing.obj", "package://other/missing.stl", "notes.txt"])
+def test_a_robot_whose_mesh_is_missing_is_not_loaded(
+    client: int, tmp_path: Path, place: str, name: str
+) -> None:
+    (tmp_path / "notes.txt").write_text("no mesh")
+    shape = f'<{place}><geometry><mesh filename="{name}"/></geometry></{place}>'
+    text = f'<robot name="r"><link name="a">{shape}</link></robot>'
+    with pytest.raises(p.error, match="Cannot load URDF file"):
+        p.loadURDF(write(tmp_path, "mesh.urdf", text))
+    assert p.getNumBodies() == 0
+
+
+@pytest.mark.parametrize("content", ["", "# nothing\n", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"])
+def test_a_mesh_file_without_triangles_makes_no_collision_shape(
+    client: int, tmp_path: Path, content: str
+) -> None:
+    file = write(tmp_path, "empty.obj", content)
+    for flags in (0, p.GEOM_FORCE_CONCAVE_TRIMESH):
+        with pytest.raises(p.error, match=r"createCollisionShape failed\."):
+            p.createCollisionShape(p.GEOM_MESH, fileName=file, flags=flags)
+
+
 def test_self_collision_is_a_flag(client: int, tmp_path: Path) -> None:
     """Two links on one base that overlap meet only with URDF_USE_SELF_COLLISION."""
     links = "".join(

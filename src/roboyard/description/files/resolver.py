@@ -235,6 +235,8 @@ class Resolver:
             yield from self._absolute(Path(path))
             if scheme == "file" and not rest.startswith("/"):  # file://meshes/x.stl, as some exporters write
                 yield from self._relative(rest, "file:// with a relative path; read as relative to the file")
+            for root in self._folders.given if scheme != "file" else ():
+                yield _Candidate(root, rest.lstrip("/"), f"not found; read relative to {root.name}/")
         else:
             yield from self._relative(rest, None)
 

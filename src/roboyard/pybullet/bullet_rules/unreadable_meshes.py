@@ -10,7 +10,7 @@ import numpy as np
 
 from roboyard._lazy import LazyLogger
 from roboyard.description.model import Collision, Mesh, Visual
-from roboyard.errors import MeshError
+from roboyard.errors import DescriptionError, MeshError
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.untrusted.files import read_head
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _log = LazyLogger("roboyard")
 _POINTER = b"version https://git-lfs"
+_TYPES = (".obj", ".stl", ".dae", ".cdf", ".vtk")
 _LONGEST_BLANK = 80
 """Size (bytes) up to which a file that begins with blanks is empty; longer ones have an STL file's header."""
 
@@ -33,6 +34,22 @@ def without_unreadable_meshes(description: RobotDescription) -> RobotDescription
     """
     links = tuple(_readable(link) for link in description.links)
     return description if all(map(is_, links, description.links)) else replace(description, links=links)
+
+
+def refuse_unknown_types(description: RobotDescription) -> None:
+    """Refuse mesh files whose names do not end as Bullet's do.
+
+    Raises:
+        DescriptionError: there is such a file.
+    """
+    for link in description.links:
+        for shape in (*link.collisions, *link.visuals):
+            file = _mesh_file(shape)
+            if file is not None and not file.name.lower().endswith(_TYPES):
+                raise DescriptionError(
+                    f"mesh {file.name!r} is of an unknown type; use {', '.join(_TYPES)}",
+                    element=f'link "{link.name}"',
+                )
 
 
 def _readable(link: Link) -> Link:

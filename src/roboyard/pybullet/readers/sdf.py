@@ -24,6 +24,7 @@ from roboyard.description.sdf.parts import (
 from roboyard.description.sdf.values import made, pose_of, text_of
 from roboyard.description.urdf.xml import LocatedElement, line_of, read_xml
 from roboyard.errors import DescriptionError
+from roboyard.pybullet.bullet_rules.unreadable_meshes import refuse_unknown_types
 from roboyard.transforms import Array, quaternion_from_matrix
 
 _LIMITS = ("lower", "upper", "effort", "velocity")
@@ -64,7 +65,7 @@ def read_models(path: Path, search_paths: Sequence[Path], *, uses_cache: bool) -
     known = _files.get(key) if uses_cache else None
     if known is None:
         known = load_sdf(path, search_paths)
-        if uses_cache and not any(part.description.notes for part in known):  # as of a mesh that is missing
+        if uses_cache and not any(part.description.notes for part in known):  # as of a mesh that was moved
             _files[key] = known
             while len(_files) > _CACHE_SIZE:
                 del _files[next(iter(_files))]
@@ -95,9 +96,8 @@ def _read_model(model: ET.Element, path: Path, search_paths: Sequence[Path]) -> 
     robot.extend(_link(link) for link in model.findall("link"))
     robot.extend(_joint(joint, poses) for joint in model.findall("joint"))
     try:
-        description = load_description(
-            robot, search_paths=search_paths, missing_meshes="note", words_are_zero=True
-        )
+        description = load_description(robot, search_paths=search_paths, words_are_zero=True)
+        refuse_unknown_types(description)
     except DescriptionError as problem:
         raise DescriptionError(
             str(problem), file=path, line=line_of(model), element=f'model "{model.get("name", "")}"'

@@ -85,7 +85,7 @@ def _copied(world: Any, count: int, places: np.ndarray, reaches: np.ndarray) -> 
         *(contact.dist, contact.pos, contact.frame, np.ascontiguousarray(world.contact_forces()).ravel()),
         _NO_STARTS,
         *(places, reaches, *_room(count), np.array([count], np.int32)),
-        *(np.zeros(0, np.int32), np.full(loops.ORDERED + 1, -1)),
+        *(np.zeros(0, np.int32), np.full(loops.ORDERED + 1, -1), world.stepping.manifolds.points.entered),
     )
 
 
@@ -169,6 +169,8 @@ class _Seen:
     """Parts of the step."""
     order: list[int]
     """Contacts in Bullet's order."""
+    turns: list[int]
+    """(ngeom,) `Points.entered`; shorter where these are not known."""
 
 
 def _look_at(scene: Any) -> _Seen:
@@ -183,6 +185,7 @@ def _look_at(scene: Any) -> _Seen:
         records=scene.records(),
         parts=scene.parts,
         order=scene.world.stepping.forces.contact_order(len(arrays.distance)).tolist(),
+        turns=scene.world.stepping.manifolds.points.entered.tolist(),
     )
 
 
@@ -206,18 +209,32 @@ def _rows_of(seen: _Seen) -> Iterator[Contact]:
         world_a, link_a, world_b, link_b = owners[i]
         one, other = records[world_a], records[world_b]
         a, b = (one.number, link_a - 1), (other.number, link_b - 1)
-        is_turned = _comes_second(one, other, a, b, kinds)
+        turns = [seen.turns[geom] if 0 <= geom < len(seen.turns) else 0 for geom in geoms[i]]
+        is_turned = _comes_second(one, other, a, b, kinds, turns)
         point = _point(middles[i], normals[i], distance, pushing, forces[i], is_turned=is_turned)
         yield ((b, a) if is_turned else (a, b)), point
 
 
-def _comes_second(one: BodyRecord, other: BodyRecord, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
-    """Return whether Bullet lists b first. kinds: of links that were looked up before; more are added."""
+def _comes_second(
+    one: BodyRecord, other: BodyRecord, a: Place, b: Place, kinds: dict[Place, int], turns: list[int]
+) -> bool:
+    """Return whether Bullet lists b first.
+
+    Args:
+        one: body of the first link.
+        other: body of the second one.
+        a: the first link.
+        b: the second one.
+        kinds: of links that were looked up before; more are added.
+        turns: of both, in which they entered the broad phase; the same where these are not known.
+    """
     for record, place in ((one, a), (other, b)):
         if place not in kinds:
             kinds[place] = record.contact_kind(place[1])
     if kinds[a] != kinds[b]:
         return kinds[a] < kinds[b]
+    if turns[0] != turns[1]:
+        return turns[0] > turns[1]
     age = one.body.id - other.body.id
     return age > 0 or (age == 0 and a[1] > b[1])
 
@@ -343,13 +360,14 @@ class LastStep:
                 and arrays.places is places
                 and arrays.reaches is reaches
                 and arrays.order is points.listing
+                and arrays.turns is points.entered
                 and count <= len(arrays.links)
             ):
                 return known
         loops, c = kernels(), contacts
         arrays = loops.Listed(
             *(c.geom, c.address, c.dim, c.dist, c.position, c.frame, force, starts, places, reaches),
-            *(*_room(2 * count), counts, points.listing, points.notes),
+            *(*_room(2 * count), counts, points.listing, points.notes, points.entered),
         )
         self._listed = arrays, loops.LISTED.of(arrays)
         return self._listed

@@ -413,12 +413,14 @@ class Listed(NamedTuple):
     """Contacts in the order in which they are returned."""
     notes: Any
     """Of `Points`, with the number of those that have an order."""
+    turns: Any
+    """(ngeom,) `entered` of `Points`, or of no geom."""
 
 
 _LISTED = record(
     Listed,
     "i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:,:] f8[::1] i8[::1] i4[:,::1] f8[::1] f8[:,::1] i8[:,::1]"
-    " i4[::1] i4[::1] i8[::1]",
+    " i4[::1] i4[::1] i8[::1] i4[::1]",
 )
 LISTED = Bundle((_LISTED,))
 
@@ -461,7 +463,7 @@ def _list(listed, parts, body_a, body_b, link_a, link_b):  # pragma: no cover
         gap, pushing = listed.distance[i], first / parts
         if gap > 0.0 and pushing <= 0.0 and gap > min(listed.reaches[g], listed.reaches[h]):
             continue
-        is_turned = comes_second(places, g, h)
+        is_turned = comes_second(places, listed.turns, g, h)
         if is_turned:
             g, h = h, g
         sign = 1.0 if is_turned else -1.0
@@ -496,10 +498,12 @@ def _list(listed, parts, body_a, body_b, link_a, link_b):  # pragma: no cover
     return found
 
 
-def comes_second(places, g, h):
+def comes_second(places, turns, g, h):
     """Return whether Bullet lists the second geom's link first; see `kind_of`."""
     if places[g, KIND] != places[h, KIND]:
         return places[g, KIND] < places[h, KIND]
+    if turns.shape[0] > 0 and turns[g] != turns[h]:
+        return turns[g] > turns[h]
     age = places[g, ID] - places[h, ID]
     return age > 0 or (age == 0 and places[g, LINK] > places[h, LINK])
 

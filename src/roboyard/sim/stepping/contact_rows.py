@@ -256,9 +256,35 @@ class ContactRows:
         """Add the efforts of limits in the last step to (nv,) (N m or N)."""
         effort_kernels().limit_efforts(self._rows, self._counted, model.jnt_dofadr, out)
 
-    def add_wrenches(self, model: Any, data: Any, found: StepRows, forces: Array, wrenches: Array) -> None:
-        """Add the wrenches of contacts with forces (n, 6), as of `forces`, to (nbody, 6) those on bodies."""
-        kernels().add_wrenches(found.contacts, len(forces), forces, model.geom_bodyid, data.xipos, wrenches)
+    def add_wrenches(
+        self,
+        model: Any,
+        data: Any,
+        found: StepRows,
+        forces: Array,
+        surface: r.Surface | None,
+        points: r.Points,
+        wrenches: Array,
+    ) -> None:
+        """Add the wrenches of contacts to those on bodies.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            found: the contacts.
+            forces: (n, 6), as of `forces`.
+            surface: of the shapes, if it is known.
+            points: that contacts keep.
+            wrenches: (nbody, 6) forces (N) and torques (N m) about centres of mass.
+        """
+        count, slots = len(forces), points.slots
+        if surface is None or not len(surface.boxes) or len(slots) < count:
+            slots = np.full(count, -1, np.int32)
+        margins = np.zeros(model.ngeom) if surface is None or not len(surface.margins) else surface.margins
+        kernels().add_wrenches(
+            *(found.contacts, count, forces, model.geom_bodyid, data.xipos, data.xpos, data.xmat),
+            *(margins, slots, points.points[points.notes.item(r.TABLE)], wrenches),
+        )
 
     def give_forces(self, found: StepRows) -> None:
         """Write the forces of joints and equalities into MuJoCo's array."""

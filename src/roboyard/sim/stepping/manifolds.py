@@ -19,6 +19,7 @@ from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.broad_phase.box_tree import ENTERED, ENTRY
 from roboyard.sim.stepping.impulses.point_arrays import (
     Content,
     CreationOrder,
@@ -41,6 +42,7 @@ from roboyard.sim.stepping.impulses.records import (
     RANKED,
     REFRESHED,
     RENUMBERED,
+    SHAPES,
     SORTED,
     TABLE,
     Points,
@@ -113,6 +115,8 @@ class Manifolds:
         self.first_boxes: FirstBoxes | None = None
         """Looks up the boxes in which the shapes of bodies were made; without it, these are where the shapes
         are at the first step."""
+        self._has_old_turns = False
+        """Whether links came, went or got filters since their turns were written."""
         self._new = dict[int, np.ndarray]()
         """Links of bodies, by id, that may not have been in a step, as MuJoCo's bodies."""
 
@@ -181,6 +185,7 @@ class Manifolds:
             room[:count] = kept
         room[count : count + len(added)] = added
         points.notes[REFRESHED] = count + len(added)
+        self._has_old_turns = True
 
     def _links_of(self, body: int, link: int | None) -> np.ndarray:
         """Return one or all links of a body as MuJoCo's bodies."""
@@ -227,6 +232,7 @@ class Manifolds:
         links, rows = np.array(ids, np.int32), np.array(geoms, np.int32)
         changed = (_NO_GEOMS, rows, _NO_GEOMS, links) if is_there else (rows, _NO_GEOMS, links, _NO_GEOMS)
         renumbering().renumber(self.points, bound.body_trees, bound.geoms[1], *changed)
+        self._has_old_turns = True
         self._ranges.clear()
         if is_there:
             self._new[body.id] = links
@@ -277,11 +283,29 @@ class Manifolds:
             self._bind(model, data)
         if self._new:
             self._write_first_boxes()
+        if self._has_old_turns:
+            self._write_turns(model.geom_bodyid)
 
     @property
     def is_prepared(self) -> bool:
         """Whether `prepare` has nothing to do."""
-        return self._bound is not None and not self._new
+        return self._bound is not None and not (self._new or self._has_old_turns)
+
+    def _write_turns(self, links_of_geoms: np.ndarray) -> None:
+        """Write the turns in which links enter the broad phase, also those that do so in the next step."""
+        points, turns = self.points, np.zeros(len(self.points.leaves), np.int32)
+        shapes, count, refreshed = points.notes[[SHAPES, LINKS, REFRESHED]].tolist()
+        links, again = points.links[:count], points.refreshed[:refreshed]
+        leaves = points.leaves[links]
+        turns[links] = points.ties[leaves, ENTRY]
+        new = links[leaves < 0]
+        entered = points.tree.item(ENTERED)
+        turns[new] = entered + np.arange(len(new))
+        for turn, link in enumerate(again.tolist(), start=entered + len(new)):
+            turns[link] = turn
+        geoms = points.turns[:shapes]
+        points.entered[geoms] = turns[links_of_geoms[geoms]]
+        self._has_old_turns = False
 
     def _write_first_boxes(self) -> None:
         """Write the boxes in which new links were made, for the next step."""
@@ -316,7 +340,7 @@ class Manifolds:
         contacts = found.contacts, found.counts[0], model.geom_type, model.geom_bodyid, data.xpos, data.xmat
         moved = edge_kernels().place_contacts(
             *contacts, forms.boxes, forms.rounding, forms.hulls, forms.spans, forms.compound,
-            self.points.ages, int(self.keeps), self.points.fresh,
+            self.points.entered, margins, int(self.keeps), self.points.fresh,
         )  # fmt: skip
         kernels().drop_gaps(*contacts, margins, forms.parts, forms.compound, int(self.keeps))
         return moved == 1
@@ -357,7 +381,7 @@ class Manifolds:
             *(found.contacts, count, points.kinds, *bound.geoms, *bound.frames, margins, reaches),
             *(anchors, bound.seen),
             *(int(points.notes[PAIRS]), *before, *after, points.fresh, points.source, points.extra),
-            *(points.slots, points.notes, forms.boxes, forms.compound, points.ages),
+            *(points.slots, points.notes, forms.boxes, forms.compound, points.entered),
             *(forms.rounding, forms.hulls, forms.spans, bound.fields),
         )
         points.notes[TABLE], points.notes[EXTRA] = 1 - now, extra
@@ -401,7 +425,7 @@ class Manifolds:
         ):
             new[:, : old.shape[1]] = old
         grown.slots[: len(points.slots)] = points.slots
-        kept = ("tight", "written", "bounds", "seats", "leaves", "nodes", "ties", "tree", "stack")
+        kept = ("entered", "tight", "written", "bounds", "seats", "leaves", "nodes", "ties", "tree", "stack")
         grown = grown._replace(**{name: getattr(points, name) for name in kept})
         if len(points.refreshed):
             grown = grown._replace(refreshed=points.refreshed)
@@ -412,6 +436,7 @@ class Manifolds:
 
     def _bind(self, model: Any, data: Any) -> None:
         former, keeps = self._former, not self._windows.shows_slots
+        self._has_old_turns = True
         self._former = None
         if former is not None and former.keeps == keeps:
             self._bind_again(former)

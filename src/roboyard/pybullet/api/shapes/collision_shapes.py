@@ -22,6 +22,7 @@ from roboyard.description.model import (
     Pose,
     Sphere,
 )
+from roboyard.errors import MeshError
 from roboyard.pybullet.api.shapes.terrain import FAILED, heightfield, points_of, replace_heights
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import Quaternion, number, quaternion_or, text, vector3_or, whole
@@ -249,6 +250,12 @@ def _mesh(
             not_found_remedy(client.search.folder, file_name) if file_name else "give fileName or vertices"
         )
         raise failure(message, remedy)
+    from roboyard.shapes.load import load_mesh
+
+    try:
+        load_mesh(path)
+    except MeshError as problem:
+        raise failure(message, str(problem)) from problem
     return Mesh(uri=file_name, path=path, scale=scale)
 
 

@@ -38,7 +38,7 @@ def write_contact_rows(  # pragma: no cover
             continue
         slot = points.slots[i] if surface.boxes.shape[0] > 0 else -1
         if of_links_of_a_tree == 0 and dim > 2 and surface.boxes.shape[0] > 0:
-            turn_frame(frame, i, a, b, mechanism.geom_type, surface.compound, points.ages)
+            turn_frame(frame, i, a, b, mechanism.geom_type, surface.compound, points.entered)
         if dim > 2:
             write_moves(
                 contacts, i, mechanism, state, surface.margins, kept, slot, solver, normal, sliding

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from roboyard.native import compiled
+from roboyard.sim.stepping.impulses.point_pairs import slid_from_contact
 from roboyard.sim.stepping.impulses.records import DONE, OTHERS, ROOM_FOR_ROWS, ROWS_OF_CONTACT, SEARCH
 from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
 
@@ -136,12 +137,18 @@ def read_forces(contacts, count, force, out):  # pragma: no cover
             out[i, k] = force[row + k]
 
 
-@compiled(CONTACTS, "i8 f8[:,::1] i4[::1] f8[:,:] f8[:,:]")
-def add_wrenches(contacts, count, forces, geom_body, centres, wrenches):  # pragma: no cover
+@compiled(CONTACTS, "i8 f8[:,::1] i4[::1] f8[:,:] f8[:,:] f8[:,:] f8[::1] i4[::1] f8[:,:,::1] f8[:,:]")
+def add_wrenches(  # pragma: no cover
+    contacts, count, forces, geom_body, centres, xpos, xmat, margins, slots, kept, wrenches
+):  # fmt: skip
     """Add the forces (N) and torques (N m) of contacts to those on bodies.
 
     forces: (n, 6) along the axes of the contacts' frames, on the second body. centres: (nbody, 3) centres of
-    mass (m). wrenches: (nbody, 6) forces and torques about the centres of mass, in the world frame.
+    mass (m). xpos, xmat: of bodies. margins: (ngeom,) widths (m) by which surfaces lie outside the shapes.
+    slots, kept: places of the contacts' points, -1 for none, and the points. wrenches: (nbody, 6) forces and
+    torques about the centres of mass, in the world frame.
+
+    As in the rows of the solver, a body is pushed where its own point is, on its surface.
     """
     for i in range(count):
         fx = fy = fz = tx = ty = tz = 0.0
@@ -152,10 +159,14 @@ def add_wrenches(contacts, count, forces, geom_body, centres, wrenches):  # prag
         for side in range(2):
             if contacts.geom[i, side] < 0:
                 continue
-            body, sign = geom_body[contacts.geom[i, side]], 2.0 * side - 1.0
-            x = contacts.position[i, 0] - centres[body, 0]
-            y = contacts.position[i, 1] - centres[body, 1]
-            z = contacts.position[i, 2] - centres[body, 2]
+            geom, sign = contacts.geom[i, side], 2.0 * side - 1.0
+            body, out = geom_body[geom], sign * (0.5 * contacts.dist[i] - margins[geom])
+            x = contacts.position[i, 0] - centres[body, 0] + out * contacts.frame[i, 0]
+            y = contacts.position[i, 1] - centres[body, 1] + out * contacts.frame[i, 1]
+            z = contacts.position[i, 2] - centres[body, 2] + out * contacts.frame[i, 2]
+            if slots[i] >= 0:
+                u, v, w = slid_from_contact(contacts, i, kept, slots[i], side, body, xpos, xmat)
+                x, y, z = x + u, y + v, z + w
             wrenches[body, 0] += sign * fx
             wrenches[body, 1] += sign * fy
             wrenches[body, 2] += sign * fz

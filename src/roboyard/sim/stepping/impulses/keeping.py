@@ -34,8 +34,8 @@ def keep(rows, contacts, search, mechanism, state, points, surface, fields, rule
     if surface.boxes.shape[0] > 0:
         moved = place_contacts(
             contacts, contact_count, mechanism.geom_type, mechanism.geom_body, state.xpos, state.xmat,
-            surface.boxes, surface.rounding, surface.hulls, surface.spans, surface.compound, points.ages,
-            1 if rules[KEEPS_POINTS] > 0.0 else 0, points.fresh,
+            surface.boxes, surface.rounding, surface.hulls, surface.spans, surface.compound, points.entered,
+            surface.margins, 1 if rules[KEEPS_POINTS] > 0.0 else 0, points.fresh,
         )  # fmt: skip
         drop_gaps(
             contacts, contact_count, mechanism.geom_type, mechanism.geom_body, state.xpos, state.xmat,
@@ -52,7 +52,7 @@ def keep(rows, contacts, search, mechanism, state, points, surface, fields, rule
             points.notes[PAIRS], points.keys[now], points.counts[now], points.points[now],
             points.keys[following], points.counts[following], points.points[following], points.fresh,
             points.source, points.extra, points.slots, points.notes, surface.boxes,
-            surface.compound, points.ages, surface.rounding, surface.hulls, surface.spans, fields,
+            surface.compound, points.entered, surface.rounding, surface.hulls, surface.spans, fields,
         )  # fmt: skip
         points.notes[TABLE] = following
         if points.notes[HELD] > 0:

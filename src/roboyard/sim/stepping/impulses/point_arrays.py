@@ -22,6 +22,7 @@ from roboyard.sim.stepping.impulses.records import (
     Points,
 )  # fmt: skip
 from roboyard.sim.stepping.narrow_phase.field_kernels import WORK as SEARCHED
+from roboyard.sim.stepping.narrow_phase.polytope import WORK as POLYTOPE
 from roboyard.transforms import Array
 
 
@@ -67,12 +68,13 @@ def make_points(order: CreationOrder, pairs: int, meeting: int, nodes: int = 0) 
         keys=np.zeros((2, pairs), np.int64),
         counts=np.zeros((2, pairs), np.int32),
         points=np.zeros((2, pairs, 4, 17)),
-        fresh=np.zeros(max(SCRATCH, SEARCHED)),
+        fresh=np.zeros(max(SCRATCH, SEARCHED, POLYTOPE)),
         source=np.zeros(4 * pairs, np.int32),
         extra=np.zeros((4 * pairs, 13)),
         slots=np.full(5 * pairs, -1, np.int32),
         turns=turns,
         ages=ages,
+        entered=ages.copy(),
         tree_places=order.tree_places,
         links=order.links,
         firsts=order.firsts,

@@ -192,6 +192,9 @@ class Points(NamedTuple):
     """(ngeom,) geoms of bodies in the order in which these were made, then -1; others have no boxes."""
     ages: np.ndarray
     """(ngeom,) place of each geom in that order, 0 for others."""
+    entered: np.ndarray
+    """(ngeom,) turn in which each geom's link last entered the broad phase, with the next step if it has not
+    yet, 0 for others; of two shapes of a kind Bullet lists the one with the smaller number first."""
     tree_places: np.ndarray
     """(ntree,) place of each tree in the order of `links`."""
     links: np.ndarray
@@ -332,7 +335,7 @@ STATE = record(
 POINTS = record(
     Points,
     "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " i4[::1] i4[::1] i4[::1] f8[:,::1] i8[::1] f8[:,::1] f8[:,::1] i4[::1] f8[:,::1] i4[:,::1] i8[::1]"
+    " i4[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] i8[::1] f8[:,::1] f8[:,::1] i4[::1] f8[:,::1] i4[:,::1] i8[::1]"
     " i4[::1] i4[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i8[::1]",
 )
 SURFACE = record(

@@ -26,7 +26,7 @@ def turn_slides(contacts, sequence, mechanism, surface, points, solver, velocity
         if address[i] < 0 or contacts.dim[i] < 3 or sliding >= ends[4] or order[sliding, 0] != address[i] + 1:
             continue
         a, b = contacts.geom[i, 0], contacts.geom[i, 1]
-        cosine, sine = turn_frame(frame, i, a, b, mechanism.geom_type, surface.compound, points.ages)
+        cosine, sine = turn_frame(frame, i, a, b, mechanism.geom_type, surface.compound, points.entered)
         rolls = contacts.dim[i] > 5
         if sine != 0.0:
             turn_pair(solver, velocity, sliding, cosine, sine)

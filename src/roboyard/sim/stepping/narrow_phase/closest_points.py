@@ -150,6 +150,16 @@ def farthest(kind, hulls, first, number, work, core, x, y, z):  # pragma: no cov
     dx = work[core + 3] * x + work[core + 6] * y + work[core + 9] * z
     dy = work[core + 4] * x + work[core + 7] * y + work[core + 10] * z
     dz = work[core + 5] * x + work[core + 8] * y + work[core + 11] * z
+    px, py, pz = farthest_in_core(kind, hulls, first, number, work, core, dx, dy, dz)
+    return (
+        work[core + 3] * px + work[core + 4] * py + work[core + 5] * pz + work[core],
+        work[core + 6] * px + work[core + 7] * py + work[core + 8] * pz + work[core + 1],
+        work[core + 9] * px + work[core + 10] * py + work[core + 11] * pz + work[core + 2],
+    )
+
+
+def farthest_in_core(kind, hulls, first, number, work, core, dx, dy, dz):  # pragma: no cover
+    """Do what `farthest` does in the frame of a core, which is no triangle."""
     hx, hy, hz = work[core + 12], work[core + 13], work[core + 14]
     if kind == MESH:
         best, most = first, -1e300
@@ -157,27 +167,18 @@ def farthest(kind, hulls, first, number, work, core, x, y, z):  # pragma: no cov
             along = dx * hulls[k, 0] + dy * hulls[k, 1] + dz * hulls[k, 2]
             if along > most:
                 best, most = k, along
-        px, py, pz = hulls[best, 0], hulls[best, 1], hulls[best, 2]
-    elif kind == BOX:
-        px = hx if dx >= 0.0 else -hx
-        py = hy if dy >= 0.0 else -hy
-        pz = hz if dz >= 0.0 else -hz
-    elif kind == CYLINDER:
+        return hulls[best, 0], hulls[best, 1], hulls[best, 2]
+    if kind == BOX:
+        return hx if dx >= 0.0 else -hx, hy if dy >= 0.0 else -hy, hz if dz >= 0.0 else -hz
+    if kind == CYLINDER:
         across = np.sqrt(dx * dx + dy * dy)
         px, py = hx, 0.0
         if across != 0.0:
             px, py = dx * (hx / across), dy * (hx / across)
-        pz = -hz if dz < 0.0 else hz
-    elif kind == CAPSULE:
-        px = py = 0.0
-        pz = hz if dz * hz >= -dz * hz else -hz
-    else:
-        px = py = pz = 0.0
-    return (
-        work[core + 3] * px + work[core + 4] * py + work[core + 5] * pz + work[core],
-        work[core + 6] * px + work[core + 7] * py + work[core + 8] * pz + work[core + 1],
-        work[core + 9] * px + work[core + 10] * py + work[core + 11] * pz + work[core + 2],
-    )
+        return px, py, -hz if dz < 0.0 else hz
+    if kind == CAPSULE:
+        return 0.0, 0.0, hz if dz * hz >= -dz * hz else -hz
+    return 0.0, 0.0, 0.0
 
 
 def nearest_of_simplex(count, flat, work):  # pragma: no cover

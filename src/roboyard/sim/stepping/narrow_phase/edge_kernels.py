@@ -8,7 +8,6 @@ from roboyard.native import compiled
 from roboyard.sim.stepping.face_corners import in_world
 from roboyard.sim.stepping.impulses.slide_directions import comes_second
 from roboyard.sim.stepping.narrow_phase.closest_points import (
-    AROUND,
     FAR,
     FIRST,
     FLAT,
@@ -18,7 +17,7 @@ from roboyard.sim.stepping.narrow_phase.closest_points import (
     closest_points,
     farthest,
 )  # fmt: skip
-from roboyard.sim.stepping.narrow_phase.deepest_points import deepest_points
+from roboyard.sim.stepping.narrow_phase.polytope import deepest_in_turn
 from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
 PLANE, FIELD, SPHERE, CAPSULE, CYLINDER, BOX, MESH = 0, 1, 2, 3, 5, 6, 7
@@ -39,12 +38,12 @@ UNTURNED = 1e-16
 
 @compiled(
     CONTACTS,
-    "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[:,:,::1] f8[::1] f8[:,::1] i4[:,::1] u1[::1] i4[::1] i8 f8[::1]"
-    " -> i8",
+    "i8 i4[::1] i4[::1] f8[:,:] f8[:,:] f8[:,:,::1] f8[::1] f8[:,::1] i4[:,::1] u1[::1] i4[::1] f8[::1] i8"
+    " f8[::1] -> i8",
 )
 def place_contacts(  # pragma: no cover
     contacts, contact_count, geom_type, geom_body, xpos, xmat, boxes, rounding, hulls, spans, compound, ages,
-    keeps, work,
+    margins, keeps, work,
 ):  # fmt: skip
     """Move contacts to where the shapes are closest whose edges are round; return 1 if any moved.
 
@@ -54,7 +53,8 @@ def place_contacts(  # pragma: no cover
 
     boxes: (ngeom, 4, 3) middles of the shapes and their half axes in the frames of the bodies (m). rounding:
     (ngeom,) radii of the balls (m), 0 for other shapes. hulls, spans: as of `closest_points`. compound,
-    ages: as of `comes_second`. keeps: 1 where pairs keep their points, and one is found in a step. work:
+    ages: as of `comes_second`. margins: (ngeom,) widths (m) by which surfaces
+    lie outside the shapes. keeps: 1 where pairs keep their points, and one is found in a step. work:
     array to work in.
     """
     position, frame, dist = contacts.position, contacts.frame, contacts.dist
@@ -89,7 +89,9 @@ def place_contacts(  # pragma: no cover
                 write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, one, work, FIRST)
                 write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, two, work, SECOND)
                 if max(geom_type[a], geom_type[b]) > CAPSULE:
-                    apart, is_known = find_points(frame, first, geom_type, hulls, spans, one, two, work)
+                    apart, is_known = find_points(
+                        frame, first, geom_type, hulls, spans, margins, one, two, work
+                    )  # fmt: skip
                 elif max(geom_type[a], geom_type[b]) == CAPSULE:
                     apart = closest_of_segments(work)
                     is_known = apart > 0.0
@@ -105,7 +107,7 @@ def place_contacts(  # pragma: no cover
     return moved
 
 
-def find_points(frame, i, geom_type, hulls, spans, one, two, work):
+def find_points(frame, i, geom_type, hulls, spans, margins, one, two, work):
     """Find the points at which two cores are closest, or deepest in each other; i is their contact.
 
     Returns:
@@ -132,11 +134,23 @@ def find_points(frame, i, geom_type, hulls, spans, one, two, work):
         apart, is_known = corner_in_face(frame, i, kind, hulls, spans, one, SECOND, FIRST, 0.0, work)
     if is_known:
         return apart, True
-    apart = closest_points(kind, other, hulls, spans, one, two, 0.0, FAR, work)
-    if apart == AROUND:
-        apart = deepest_points(kind, other, hulls, spans, one, two, work)
-        is_known = apart <= 0.0
+    shapes = (
+        int(kind),
+        int(other),
+        int(spans[one, 0]),
+        int(spans[one, 1]),
+        int(spans[two, 0]),
+        int(spans[two, 1]),
+    )
+    is_known, apart = deepest_in_turn(
+        shapes, hulls, (ball_radius(margins, one, FIRST, work), ball_radius(margins, two, SECOND, work)), work
+    )
     return apart, is_known
+
+
+def ball_radius(margins, geom, core, work):
+    """Return the radius of the balls at the points of a core, which is a hull's margin."""
+    return work[core + 15] + max(margins[geom], 0.0)
 
 
 def ball_and_box(box, work):

@@ -78,7 +78,8 @@ class LastForces:
         try:
             if own is not None and own.any():
                 assert self.found is not None
-                self._in_turn.contact_rows.add_wrenches(model, data, self.found, own, applied)
+                known = self._in_turn.surface, self._manifolds.points
+                self._in_turn.contact_rows.add_wrenches(model, data, self.found, own, *known, applied)
             mujoco.mj_rnePostConstraint(model, data)
         finally:
             applied[:], speeds[:] = kept

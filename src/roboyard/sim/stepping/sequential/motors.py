@@ -220,6 +220,11 @@ class SequentialMotors:
             found.rows, found.contacts, found.search, self._surface, acceleration, timestep
         )
 
+    @property
+    def surface(self) -> r.Surface | None:
+        """Coefficients of geoms, once `prepare` has been called."""
+        return self._surface
+
     def execute(self, found: StepRows, first: int, last: int, remade: int = 0, makes: int = r.OF_NONE) -> int:
         """Execute parts of a step in the compiled loop of that name; return what it returns.
 
