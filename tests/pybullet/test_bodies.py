@@ -712,3 +712,21 @@ def test_time_steps_that_are_not_positive_advance_nothing_as_in_pybullet(client:
     p.setTimeStep(0)
     p.stepSimulation()
     assert p.getBasePositionAndOrientation(ball)[0] == pytest.approx((0.0, 0.0, 0.999))
+
+
+def test_velocities_are_bounded_at_the_centre_of_mass(client: int) -> None:
+    """A body beside its frame: none of the six components is above 100; numbers of PyBullet 3.2.7."""
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.05, 0.2])
+    body = p.createMultiBody(
+        1, shape, -1, [0, 0, 1], [0.1, 0.2, 0.3, 0.9273618], baseInertialFramePosition=[0.05, -0.02, 0.03]
+    )
+    p.resetBaseVelocity(body, [-30, 90, 99], [120, -130, 40])
+    for _ in range(4):
+        p.applyExternalTorque(body, -1, [20, 10, 5], p.WORLD_FRAME)
+        p.stepSimulation()
+    position, turn = p.getBasePositionAndOrientation(body)
+    linear, angular = p.getBaseVelocity(body)
+    assert position == pytest.approx((-0.412231, 1.429319, 2.564552), abs=2e-6)
+    assert turn == pytest.approx((-0.123534, 0.645075, -0.567877, -0.496118), abs=2e-6)
+    assert linear == pytest.approx((-27.41735, 82.25205, 90.477255), abs=5e-6)
+    assert angular == pytest.approx((62.805295, -91.884925, 0.437779), abs=5e-6)

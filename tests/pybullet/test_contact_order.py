@@ -280,3 +280,40 @@ def test_the_link_that_got_a_filter_last_is_listed_second(client: int) -> None:
         assert bodies == pair
         np.testing.assert_allclose([*point, *normal], [*place, *way], atol=1e-6)
         assert force == pytest.approx(push, rel=1e-5)
+
+
+def test_parts_of_a_compound_are_taken_as_its_tree_has_them(client: int) -> None:
+    """Five spheres of one body touch the ground at once; three rounds tell the order."""
+    p.setGravity(0, 0, -9.8)
+    p.setPhysicsEngineParameter(numSolverIterations=3)
+    ground = p.createCollisionShape(p.GEOM_BOX, halfExtents=[5, 5, 1])
+    p.createMultiBody(0, ground, basePosition=[0, 0, -1])
+    places = [[-0.3, 0, 0], [0.3, 0.1, 0], [0, 0.3, 0.001], [0.05, -0.3, -0.001], [0.1, 0, 0.002]]
+    shape = p.createCollisionShapeArray([p.GEOM_SPHERE] * 5, radii=[0.1] * 5, collisionFramePositions=places)
+    body = p.createMultiBody(1, shape, -1, [0, 0, 0.098], baseInertialFramePosition=[0.05, 0.02, 0.1])
+    for _ in range(3):
+        p.stepSimulation()
+    found = p.getContactPoints()
+    touched = [(-1e-5, 0.30004), (0.04999, -0.29996), (-0.30001, 4e-5), (0.29999, 0.10004)]
+    np.testing.assert_allclose([c[5][:2] for c in found], touched, atol=1e-5)
+    np.testing.assert_allclose([c[9] for c in found], [0.0, 0.85095, 3.37039, 4.78833], atol=2e-5)
+    speeds = [-0.00201404, 0.00952742, 0.03371251, -0.04742915, -0.00988759, 8.705e-05]
+    np.testing.assert_allclose(np.ravel(p.getBaseVelocity(body)), speeds, atol=2e-8)
+
+
+def test_corners_of_a_box_in_a_compound_come_in_its_order(client: int) -> None:
+    """Its face is the first of the two that are as deep as each other, since compounds come first."""
+    p.setGravity(0, 0, -9.81)
+    block = p.createCollisionShape(p.GEOM_BOX, halfExtents=[1, 1, 0.5])
+    p.createMultiBody(0, block, -1, [0, 0, -0.5], [0, 0, 0.198669, 0.980067])
+    brick = p.createCollisionShape(
+        p.GEOM_BOX, halfExtents=[0.2, 0.1, 0.15], collisionFramePosition=[0.01, 0, 0]
+    )
+    body = p.createMultiBody(1, brick, -1, [0.1, -0.2, 0.1], [0, 0, 0.5, 0.866025])
+    p.stepSimulation()
+    found = p.getContactPoints()
+    corners = [(0.1184, 0.03187), (0.2916, -0.06813), (0.0916, -0.41454), (-0.0816, -0.31454)]
+    np.testing.assert_allclose([c[5][:2] for c in found], corners, atol=1e-5)
+    np.testing.assert_allclose([c[9] for c in found], [88.1018, 25.9695, 94.1362, 31.954], atol=1e-3)
+    speeds = [-5.59e-05, 6.504e-05, 0.95979814, -0.00060206, -0.00057598, -0.0001886]
+    np.testing.assert_allclose(np.ravel(p.getBaseVelocity(body)), speeds, atol=2e-8)

@@ -73,3 +73,28 @@ def test_a_robot_rides_on_its_moving_base(client: int) -> None:
     p.resetBaseVelocity(body, [0, 0.5, 0])
     _step(48)
     assert p.getLinkState(body, 0, computeForwardKinematics=1)[4] == pytest.approx((0, 0.1, 1), abs=1e-4)
+
+
+def test_dynamics_of_a_fixed_base_that_moves_stay_those_of_its_joints(client: int) -> None:
+    """As many rows as joints, not six more: the arm is one that was loaded with a fixed base."""
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3)
+    arm = p.createMultiBody(
+        0, shape, linkMasses=[1, 2], linkCollisionShapeIndices=[shape] * 2, linkVisualShapeIndices=[-1] * 2,
+        linkPositions=[[0, 0, 0.3]] * 2, linkOrientations=[UPRIGHT] * 2,
+        linkInertialFramePositions=[[0, 0, 0.1]] * 2, linkInertialFrameOrientations=[UPRIGHT] * 2,
+        linkParentIndices=[0, 1], linkJointTypes=[p.JOINT_REVOLUTE] * 2, linkJointAxis=[[1, 0, 0]] * 2,
+    )  # fmt: skip
+    p.setGravity(0, 0, -9.8)
+    angles = [0.3, -0.5]
+
+    def read() -> list[float]:
+        efforts = p.calculateInverseDynamics(arm, angles, [0.1, 0.2], [1.0, -1.0])
+        matrix = p.calculateMassMatrix(arm, angles)
+        linear, angular = p.calculateJacobian(arm, 1, [0, 0, 0], angles, [0, 0], [0, 0])
+        return [x for row in (efforts, *matrix, *linear, *angular) for x in row]
+
+    before = read()
+    p.resetBaseVelocity(arm, [0.1, 0, 0])
+    p.stepSimulation()
+    assert read() == pytest.approx(before, abs=1e-9)
+    assert len(before) == 2 + 2 * 2 + 2 * 3 * 2

@@ -98,7 +98,7 @@ def calculateJacobian(
         where = where + data.xmat[row].reshape(3, 3) @ turned
     jacobians = np.zeros((2, 3, model.nv))
     mujoco.mj_jac(model, data, jacobians[0], jacobians[1], where, row)
-    columns = None if record.free is None else _columns(record, data)
+    columns = _columns(record, data) if _floats(record) else None
     jacobians = jacobians[:, :, layout.dofs] if columns is None else jacobians @ columns
     base = _base_axes(record, data)
     if base is not None:
@@ -136,12 +136,12 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     if padded:
         base, joints = _split_base(objPositions, _BAD_MASS_MATRIX)
     q = _joint_values(record, joints, record.layout.position_count, _BAD_MASS_MATRIX, more_is_fine=True)
-    model, data = scene.world.live_model, _at(scene, record, q, base if record.free is not None else None)
+    model, data = scene.world.live_model, _at(scene, record, q, base if _floats(record) else None)
     mujoco.mj_crb(model, data)
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     full -= np.diag(model.dof_armature)  # of joints that are held
-    if record.free is None:
+    if not _floats(record):
         dofs = record.layout.dofs
         matrix = full[dofs[:, None], dofs]
     else:
@@ -189,7 +189,7 @@ def calculateInverseDynamics(
             return found
     from roboyard._mujoco import mujoco
 
-    floating = record.free is not None
+    floating = _floats(record)
     given = [
         _all_numbers(objPositions, message),
         *(_all_numbers(v, _BAD_SPEEDS) for v in (objVelocities, objAccelerations)),
@@ -234,6 +234,11 @@ def calculateInverseDynamics(
 # ------------------------------------------------------------------------------------------------- helpers
 
 
+def _floats(record: BodyRecord) -> bool:
+    """Return whether a body was loaded with a floating base; a fixed one may have got a velocity since."""
+    return record.free is not None and not record.loaded_fixed
+
+
 def _split_base(positions: Vector, message: str) -> tuple[Array, Array]:
     """Return the (7,) pose of the base and the (n,) joint positions."""
     given = np.asarray(positions, dtype=float).reshape(-1)
@@ -247,7 +252,7 @@ def _split_base(positions: Vector, message: str) -> tuple[Array, Array]:
 
 def _padding(record: BodyRecord) -> tuple[int, list[int]]:
     """Return the size of the layout of flags 1, and the place of each column of `_columns` in it."""
-    places = [3, 4, 5, 0, 1, 2] if record.free is not None else []
+    places = [3, 4, 5, 0, 1, 2] if _floats(record) else []
     size = 7
     for info in record.infos:
         places += range(size, size + VELOCITY_COUNT[info[2]])
@@ -298,7 +303,7 @@ def _at(scene: PhysicsScene, record: BodyRecord, q: Array, base: Array | None = 
 
 def _base_axes(record: BodyRecord, data: Any) -> Array | None:
     """Return the (3, 3) rotation of the base's inertial frame in the world; None for none of a fixed base."""
-    if record.free is None:
+    if not _floats(record):
         turn = base_inertial_pose(record)[1]
         if turn == (0.0, 0.0, 0.0, 1.0):
             return None
@@ -315,7 +320,7 @@ def _columns(record: BodyRecord, data: Any) -> Array:
     Bullet's are base angular, base linear (in base axes), then joints in order.
     """
     dofs = record.layout.dofs
-    six = 6 if record.free is not None else 0
+    six = 6 if _floats(record) else 0
     out = np.zeros((len(data.qvel), six + len(dofs)))
     out[dofs, np.arange(six, six + len(dofs))] = 1.0
     if six:

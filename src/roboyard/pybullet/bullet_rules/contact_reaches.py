@@ -26,6 +26,8 @@ from roboyard.description.model import (
     Pose,
     Sphere,
 )
+from roboyard.pybullet.bullet_rules.mesh_objects import split_geometry
+from roboyard.pybullet.bullet_rules.part_order import visits_of
 from roboyard.pybullet.bullet_rules.shape_bounds import (
     TWO_SPHERES_MARGIN,
     LinkBounds,
@@ -116,6 +118,8 @@ class PlacedShapes:
     has_hulls: bool
     compound: np.ndarray
     """(n,) 1 for the parts of compounds, 2 for those of compounds within these, else 0."""
+    visits: np.ndarray
+    """(n,) as in `ShapeForms`."""
 
     def at(self, links: Sequence[Sequence[int]]) -> PlacedShapes:
         """Return the same shapes at other geoms, as many of each link."""
@@ -131,6 +135,7 @@ class PlacedShapes:
             lengths=self.lengths,
             has_hulls=self.has_hulls,
             compound=self.compound,
+            visits=self.visits,
         )
 
 
@@ -140,6 +145,7 @@ def place_shapes(
     compound: np.ndarray,
     margins: Sequence[float],
     covers: Sequence[Array],
+    models: Sequence[LinkModel],
 ) -> PlacedShapes:
     """Return the shapes of a body.
 
@@ -151,6 +157,7 @@ def place_shapes(
         compound: (n,) as in `PlacedShapes`, for the geoms of all links.
         margins: of the shapes of each link (m), with which edges of boxes and cylinders are round.
         covers: (5, 3) box around each link; see `cover_of`.
+        models: the links.
     """
     if tuple(map(len, links)) != found.counts:
         found = _without_unknown(found, links)
@@ -169,12 +176,27 @@ def place_shapes(
         lengths=np.array([len(hull) for hull in found.hulls], np.int32),
         has_hulls=any(map(len, found.hulls)),
         compound=compound,
+        visits=_visits(found, links, models),
     )
+
+
+def _visits(found: ShapeBoxes, links: Sequence[Sequence[int]], models: Sequence[LinkModel]) -> np.ndarray:
+    """Return the order in which the parts of each link are visited; see `ShapeForms`."""
+    order, first = list[int](), 0
+    for rows, link in zip(links, models, strict=True):
+        count = len(rows)
+        if count < 2:
+            order += [0] * count
+        else:
+            sizes = [1 if shape.concave else len(split_geometry(shape.geometry)) for shape in link.collisions]
+            order += visits_of(found.parts[first : first + count], sizes, link.frame)
+        first += count
+    return np.array(order, np.int32)
 
 
 _PLAIN = frozenset(("solid", "sphere", "cylinder"))
 """Kinds of bounds around one shape at the inertial frame whose box is known by its half sizes."""
-_ONE_LENGTH, _NO_COMPOUND = np.zeros(1, np.int32), np.zeros(1, np.uint8)
+_ONE_LENGTH, _NO_COMPOUND, _FIRST_VISIT = np.zeros(1, np.int32), np.zeros(1, np.uint8), np.zeros(1, np.int32)
 _AT_LINK = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 
 
@@ -221,6 +243,7 @@ def plain_shape(
         lengths=_ONE_LENGTH,
         has_hulls=False,
         compound=_NO_COMPOUND,
+        visits=_FIRST_VISIT,
     )
 
 

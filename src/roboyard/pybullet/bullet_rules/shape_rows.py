@@ -116,7 +116,7 @@ class ShapeRows:
             margins[rows], reaches[rows] = margins_of_rows(model, form.geoms, has_cylinders=False), np.inf
             shapes.boxes[rows], shapes.parts[rows] = ENDLESS_BOX, ENDLESS_COVER
             shapes.covers[placed[key].body.mujoco_ids] = ENDLESS_COVER
-            shapes.rounding[rows] = shapes.compound[rows] = shapes.spans[rows] = 0
+            shapes.rounding[rows] = shapes.compound[rows] = shapes.visits[rows] = shapes.spans[rows] = 0
             del placed[key]
         for key, form in zip(come, forms[1], strict=True):
             rows, record = form.rows, records[key]
@@ -126,6 +126,7 @@ class ShapeRows:
             shapes.boxes[rows], shapes.parts[rows] = form.boxes, form.parts
             shapes.covers[record.body.mujoco_ids] = form.covers
             shapes.rounding[rows], shapes.compound[rows] = form.rounding, form.compound
+            shapes.visits[rows] = form.visits
             shapes.spans[rows] = 0
             if form.has_hulls:
                 shapes.spans[form.geoms] = [_span(hull, hulls) for hull in form.hulls]
@@ -146,6 +147,7 @@ def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -
     covers, parts = np.empty((model.nbody, 5, 3)), np.empty((geoms, 5, 3))
     covers[:] = parts[:] = ENDLESS_COVER
     rounding, spans = np.zeros(geoms), np.zeros((geoms, 2), np.int32)
+    visits = np.zeros(geoms, np.int32)
     hulls: Hulls = {}
     if bodies:
         places = np.array([geom for body, _ in bodies for geom in body.geoms], np.intp)
@@ -162,11 +164,13 @@ def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -
                         count += len(hull)
                 spans[body.geoms] = [_span(hull, hulls) for hull in body.hulls]
         compound[places] = np.concatenate([body.compound for body, _ in bodies])
+        visits[places] = np.concatenate([body.visits for body, _ in bodies])
     forms = ShapeForms(
         boxes=boxes,
         covers=covers,
         parts=parts,
         compound=compound,
+        visits=visits,
         rounding=rounding,
         hulls=np.concatenate([NO_HULL, *(hull for _, hull in hulls.values())]),
         spans=spans,

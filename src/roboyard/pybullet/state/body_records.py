@@ -364,7 +364,9 @@ class BodyRecord:
             cover_of(box, margin, link.frame)
             for (box, margin), link in zip(bounds, self.model.links, strict=True)
         ]
-        return place_shapes(self.shape_boxes, rows, np.array(compound, np.uint8), widths, covers)
+        return place_shapes(
+            self.shape_boxes, rows, np.array(compound, np.uint8), widths, covers, self.model.links
+        )
 
     def contact_kind(self, link: int) -> int:
         """Return the kind of a link, that of its shapes which comes first; see `kinds_of`."""
@@ -468,7 +470,7 @@ class BodyRecord:
 
     def tree(self, model: Any) -> LinkTree | None:
         """Return the compiled dynamics of the body in MuJoCo's model; None where its joints have none."""
-        if self._tree is None and self._has_tree:
+        if self._tree is None and self._has_tree and (self.free is None or not self.loaded_fixed):
             from roboyard.pybullet.bullet_rules.link_trees import link_tree
 
             types = [info[2] for info in self.infos]

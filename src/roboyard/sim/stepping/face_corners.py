@@ -16,13 +16,15 @@ MOST_CORNERS, LEFT = 8, 4
 FAR = 1e9
 
 
-def order_corners(contacts, first, end, boxes, geom_body, xpos, xmat, thickness, work):  # pragma: no cover
+def order_corners(  # pragma: no cover
+    contacts, first, end, one, two, boxes, geom_body, xpos, xmat, thickness, work
+):
     """Write the contacts first ... end in Bullet's order, counted from the first, into work[ORDER ...].
 
     Returns how many of them Bullet takes. Contacts further apart than `thickness` (m) come after its points.
-    boxes: (ngeom, 4, 3) middles of the shapes and their half axes in the frames of the bodies (m).
+    one, two: their geoms, that of the body which Bullet lists first, first. boxes: (ngeom, 4, 3) middles of
+    the shapes and their half axes in the frames of the bodies (m).
     """
-    one, two = contacts.geom[first, 0], contacts.geom[first, 1]
     body, other_body = geom_body[one], geom_body[two]
     write_axes(boxes, one, xmat, body, work, AXES)
     write_axes(boxes, two, xmat, other_body, work, AXES + 12)

@@ -322,22 +322,67 @@ def drive_motors(  # pragma: no cover
             island_D[place[row]] = D[row]
 
 
-@compiled("f8[:] f8[:] f8 f8[:] i4[:] i4[:] i4[:] f8[:]")
+@compiled("f8[:] f8[:] f8 f8[:] i4[:] i4[:] i4[:] f8[:] i4[:] f8[:,:] f8[:,:]")
 def bound_velocity(
-    velocity, acceleration, timestep, largest, joint_type, joint_dof, joint_qpos, qpos
+    velocity, acceleration, timestep, largest, joint_type, joint_dof, joint_qpos, qpos, dof_body, centre, xmat
 ):  # pragma: no cover
     """Bound accelerations so that no velocity component after the step exceeds its limit.
 
-    Of a free body these are the components in the world frame, in which MuJoCo has no angular velocity.
+    Of a free body these are the components in the world frame, of its centre of mass: MuJoCo has angular
+    velocities in the body's frame, and the velocity of that frame. centre: (nbody, 3) in bodies' frames (m).
     """
     for joint in range(joint_type.shape[0]):
         kind, dof = joint_type[joint], joint_dof[joint]
         if kind == 0:
+            if is_slow(velocity, acceleration, timestep, largest, dof, dof_body[dof], centre):
+                continue
+            add_turning(velocity, acceleration, timestep, dof, dof_body[dof], centre, xmat, 1.0)
             bound_turn(velocity, acceleration, timestep, largest, dof + 3, qpos, joint_qpos[joint] + 3)
         for i in range(dof, dof + (3 if kind < 2 else 1)):
             after = velocity[i] + timestep * acceleration[i]
             if abs(after) > largest[i]:
                 acceleration[i] = (min(max(after, -largest[i]), largest[i]) - velocity[i]) / timestep
+        if kind == 0:
+            add_turning(velocity, acceleration, timestep, dof, dof_body[dof], centre, xmat, -1.0)
+
+
+def is_slow(velocity, acceleration, timestep, largest, dof, body, centre):
+    """Return whether no bound of a free body matters."""
+    squared = turned = away = 0.0
+    least = largest[dof]
+    for k in range(3):
+        squared += (velocity[dof + k] + timestep * acceleration[dof + k]) ** 2
+        turned += (velocity[dof + 3 + k] + timestep * acceleration[dof + 3 + k]) ** 2
+        away += centre[body, k] ** 2
+        least = min(least, min(largest[dof + k], largest[dof + 3 + k]))
+    return turned <= least * least and np.sqrt(squared) + np.sqrt(turned * away) <= least
+
+
+def add_turning(velocity, acceleration, timestep, dof, body, centre, xmat, sign):
+    """Add what a body's turning gives its centre of mass, times a sign, to the frame's acceleration."""
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        one = turning(velocity, acceleration, timestep, dof + 3, xmat, body, i)
+        two = turning(velocity, acceleration, timestep, dof + 3, xmat, body, j)
+        acceleration[dof + k] += (
+            sign * (one * arm(centre, xmat, body, j) - two * arm(centre, xmat, body, i)) / timestep
+        )
+
+
+def turning(velocity, acceleration, timestep, dof, xmat, body, axis):
+    """Return the component along an axis of the world of an angular velocity in a body's frame."""
+    total = 0.0
+    for k in range(3):
+        total += xmat[body, 3 * axis + k] * (velocity[dof + k] + timestep * acceleration[dof + k])
+    return total
+
+
+def arm(centre, xmat, body, axis):
+    """Return the coordinate along an axis of the world of a body's centre of mass from its frame (m)."""
+    total = 0.0
+    for k in range(3):
+        total += xmat[body, 3 * axis + k] * centre[body, k]
+    return total
 
 
 def bound_turn(velocity, acceleration, timestep, largest, dof, qpos, place):

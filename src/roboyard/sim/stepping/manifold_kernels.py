@@ -128,7 +128,10 @@ def keep_points(  # pragma: no cover
         in_turn = are_boxes and boxes.shape[0] > 0 and i - first > 1
         listed = i - first
         if in_turn:
-            listed = order_corners(contacts, first, i, boxes, geom_body, xpos, xmat, thickness, fresh)
+            first_box, second_box = (b, a) if side_a == 3 else (a, b)
+            listed = order_corners(
+                contacts, first, i, first_box, second_box, boxes, geom_body, xpos, xmat, thickness, fresh
+            )
             if listed < i - first:
                 leave_listed(dist, first, i, listed, fresh)
         for m in range(first, first if is_own else first + listed):

@@ -25,6 +25,8 @@ class ShapeForms:
     """(ngeom, 5, 3) the same of the box that is looked at of each shape where one of two is of a compound."""
     compound: np.ndarray
     """(ngeom,) 1 for the parts of compounds, 2 for those of compounds within these, else 0."""
+    visits: np.ndarray
+    """(ngeom,) of each link's n-th geom, the place in the link of the one that is visited as the n-th."""
     rounding: Array
     """(ngeom,) radii of the edges (m), 0 for shapes without."""
     hulls: Array
@@ -40,6 +42,7 @@ def no_forms() -> ShapeForms:
         covers=np.zeros((0, 5, 3)),
         parts=np.zeros((0, 5, 3)),
         compound=np.zeros(0, np.uint8),
+        visits=np.zeros(0, np.int32),
         rounding=np.zeros(0),
         hulls=np.zeros((0, 3)),
         spans=np.zeros((0, 2), np.int32),

@@ -118,6 +118,7 @@ class Surfaces:
             covers=forms.covers,
             parts=forms.parts,
             compound=forms.compound,
+            visits=forms.visits,
             rounding=forms.rounding,
             hulls=forms.hulls,
             spans=forms.spans,

@@ -670,5 +670,6 @@ def _bound_velocity(
 ) -> None:
     kernels().bound_velocity(
         *(velocity, acceleration, timestep, limits),
-        *(model.jnt_type, model.jnt_dofadr, model.jnt_qposadr, data.qpos),
+        *(model.jnt_type, model.jnt_dofadr, model.jnt_qposadr, data.qpos, model.dof_bodyid, model.body_ipos),
+        data.xmat,
     )

@@ -89,7 +89,7 @@ def meet(mechanism, state, surface, points, by_entry):
         end_pairs(mechanism, points, met, has_changed)
     notes[RENUMBERED] = notes[REFRESHED] = 0
     notes[STEPS] += 1
-    rank_pairs(state, surface, points, by_entry)
+    rank_pairs(mechanism, state, surface, points, by_entry)
 
 
 def enter_links(mechanism, state, surface, points):

@@ -21,9 +21,10 @@ from roboyard.sim.stepping.impulses.records import (
     SORTED,
     TWO,
 )  # fmt: skip
+from roboyard.sim.stepping.impulses.slide_directions import kind_of
 
 
-def rank_pairs(state, surface, points, by_entry):
+def rank_pairs(mechanism, state, surface, points, by_entry):
     """Give ranks to pairs of shapes that have none, and take those of parts of compounds that parted.
 
     by_entry: whether pairs of the links that entered last come first, instead of those that met first.
@@ -32,7 +33,7 @@ def rank_pairs(state, surface, points, by_entry):
     if not by_entry:
         for place in range(listed):
             if pairs[2, place] == -1:
-                rank_pair(state, surface, points, place)
+                rank_pair(mechanism, state, surface, points, place)
         return
     count = 0
     for place in range(listed):
@@ -43,7 +44,7 @@ def rank_pairs(state, surface, points, by_entry):
             count += 1
     sort_by_entries(work, HEAD, count)
     for turn in range(count):
-        rank_pair(state, surface, points, work[HEAD, turn])
+        rank_pair(mechanism, state, surface, points, work[HEAD, turn])
 
 
 def entry_of(points, link):
@@ -51,15 +52,21 @@ def entry_of(points, link):
     return points.ties[points.leaves[link], ENTRY]
 
 
-def rank_pair(state, surface, points, place):
-    """Do what `rank_pairs` does for the shapes of one pair of links."""
+def rank_pair(mechanism, state, surface, points, place):
+    """Do what `rank_pairs` does for the shapes of one pair of links, as Bullet visits them.
+
+    It goes down the trees of boxes of both links' parts at once, the side of the second one first.
+    """
     pairs, turns, firsts, sizes = points.pairs, points.turns, points.firsts, points.sizes
-    compound = surface.compound
+    compound, visits = surface.compound, surface.visits
     one, two = pairs[0, place], pairs[1, place]
+    if comes_first(mechanism, surface, points, two, one):
+        one, two = two, one
     has_parts = compound[turns[firsts[one]]] > 0 or compound[turns[firsts[two]]] > 0
-    for k in range(sizes[one]):
-        for m in range(sizes[two]):
-            first, second = turns[firsts[one] + k], turns[firsts[two] + m]
+    for m in range(sizes[two]):
+        second = turns[firsts[two] + visits[turns[firsts[two] + m]]]
+        for k in range(sizes[one]):
+            first = turns[firsts[one] + visits[turns[firsts[one] + k]]]
             meets = True
             if has_parts:
                 place_part(state, surface, points, first, one)
@@ -68,6 +75,16 @@ def rank_pair(state, surface, points, place):
             rank_shapes(points, min(first, second), max(first, second), meets)
     if not has_parts and points.notes[FULL] == 0:
         pairs[2, place] = 0
+
+
+def comes_first(mechanism, surface, points, one, two):
+    """Return whether Bullet lists a link before another one."""
+    a, b = points.turns[points.firsts[one]], points.turns[points.firsts[two]]
+    first = min(kind_of(mechanism.geom_type, surface.compound, a), 2)
+    second = min(kind_of(mechanism.geom_type, surface.compound, b), 2)
+    if first != second:
+        return first > second
+    return entry_of(points, one) < entry_of(points, two)
 
 
 def rank_shapes(points, a, b, meets):

@@ -91,7 +91,8 @@ def execute(  # pragma: no cover
         if rules[IS_BOUNDED] > 0.0 and solver.ends[5] == count:
             bound_velocity(
                 state.qvel, state.smooth, rules[TIMESTEP], solver.largest, mechanism.joint_type,
-                mechanism.joint_dof, mechanism.joint_qpos, state.qpos,
+                mechanism.joint_dof, mechanism.joint_qpos, state.qpos, mechanism.dof_body, mechanism.centre,
+                state.xmat,
             )  # fmt: skip
     if last >= SOLVE:
         solve(rows, contacts, search, mechanism, state, surface, solver)
@@ -103,7 +104,8 @@ def execute(  # pragma: no cover
         if rules[IS_BOUNDED] > 0.0 and solver.ends[5] == count:
             bound_velocity(
                 state.qvel, state.qacc, rules[TIMESTEP], solver.largest, mechanism.joint_type,
-                mechanism.joint_dof, mechanism.joint_qpos, state.qpos,
+                mechanism.joint_dof, mechanism.joint_qpos, state.qpos, mechanism.dof_body, mechanism.centre,
+                state.xmat,
             )  # fmt: skip
         if solver.ends[5] == count:
             move_centres(mechanism, state, rules[TIMESTEP])

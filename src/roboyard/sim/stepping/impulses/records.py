@@ -259,6 +259,8 @@ class Surface(NamedTuple):
     parts: np.ndarray
     """(ngeom, 5, 3) boxes around shapes; see `place_box`."""
     compound: np.ndarray
+    visits: np.ndarray
+    """(ngeom,) of each link's n-th geom, the place in the link of the one that is visited as the n-th."""
     rounding: np.ndarray
     hulls: np.ndarray
     spans: np.ndarray
@@ -335,13 +337,13 @@ STATE = record(
 POINTS = record(
     Points,
     "u1[:,::1] i8[:,::1] i4[:,::1] f8[:,:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " i4[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] i8[::1] f8[:,::1] f8[:,::1] i4[::1] f8[:,::1] i4[:,::1] i8[::1]"
-    " i4[::1] i4[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i8[::1]",
+    " i4[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] i8[::1] f8[:,::1] f8[:,::1] i4[::1] f8[:,::1] i4[:,::1]"
+    " i8[::1] i4[::1] i4[:,::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[::1] i4[::1] i8[::1]",
 )
 SURFACE = record(
     Surface,
     "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] f8[:,:,::1] f8[:,:,::1] u1[::1]"
-    " f8[::1] f8[:,::1] i4[:,::1] u1[::1] f8[::1]",
+    " i4[::1] f8[::1] f8[:,::1] i4[:,::1] u1[::1] f8[::1]",
 )
 SOLVER = record(
     Solver,
