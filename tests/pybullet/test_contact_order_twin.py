@@ -34,6 +34,9 @@ class _Order:
         """Start without pairs. links: geoms of MuJoCo's bodies, in the order of creation."""
         self.model, self.links = model, links
         self.parts, self.covers, self.compound = surface.parts, surface.covers, surface.compound
+        self.visits = surface.visits
+        self.entered: list[int] = []
+        """Links in the order in which they entered last."""
         self.tree, self.leaves = BoxTree(), dict[int, Node]()
         self.pairs: list[tuple[int, int]] = []
         self.ranked: list[tuple[int, int]] = []
@@ -86,6 +89,8 @@ class _Order:
                 else:
                     place += 1
             self.leaves[link] = self.tree.add(tight[link], link)
+            self.entered.remove(link)
+            self.entered.append(link)
             self.added += self._add_pairs(link)
 
     def _end_pair(self, place: int) -> None:
@@ -107,6 +112,7 @@ class _Order:
         for link in self.links:
             if link not in self.leaves:
                 self.leaves[link] = self.tree.add(tight[link], link)
+                self.entered.append(link)
                 met += self._add_pairs(link)
                 has_moved = True
         for link in self.links:
@@ -122,13 +128,25 @@ class _Order:
             self.tree.way += 1
         for one, two in self.pairs:
             geoms = self.links[one] + self.links[two]
-            for a in self.links[one]:
-                for b in self.links[two]:
+            first, second = sorted((one, two), key=self._place)
+            for b in self._visited(second):
+                for a in self._visited(first):
                     pair = min(a, b), max(a, b)
                     if self.compound[geoms].any() and not _meet(of_geoms[a], of_geoms[b]):
                         self._end_rank(pair)
                     elif pair not in self.ranked:
                         self.ranked.append(pair)
+
+    def _place(self, link: int) -> tuple[int, int]:
+        """Return what is less for the link of two that Bullet lists first."""
+        geom = self.links[link][0]
+        kind = 2 if self.model.geom_type[geom] == 0 else 0 if self.compound[geom] else 1
+        return kind, self.entered.index(link)
+
+    def _visited(self, link: int) -> list[int]:
+        """Return a link's geoms in the order in which they are visited."""
+        geoms = self.links[link]
+        return [geoms[self.visits[geom]] for geom in geoms]
 
     def _end_pairs(self, fresh: int) -> None:
         left = min(len(self.pairs), max(fresh, len(self.pairs) // 10))

@@ -16,7 +16,11 @@ from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.pybullet.api.user_data import attach_from_file
 from roboyard.pybullet.bullet_rules.materials import shared_materials
 from roboyard.pybullet.bullet_rules.models import BodyModel, bullet_model
-from roboyard.pybullet.bullet_rules.unreadable_meshes import refuse_unknown_types, without_unreadable_meshes
+from roboyard.pybullet.bullet_rules.unreadable_meshes import (
+    lacks_meshes,
+    refuse_unknown_types,
+    without_unreadable_meshes,
+)
 from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
@@ -189,7 +193,11 @@ def read_description(client: Client, path: Path) -> RobotDescription:
     if found is None:
         key = _key_of(path)
         search = _search_paths(client)
-        found = load_description(path, search_paths=search, words_are_zero=True)
+        found = load_description(path, search_paths=search, missing_meshes="note", words_are_zero=True)
+        if lacks_meshes(
+            found, path.parent
+        ):  # raises the error that says which, and where they were looked for
+            load_description(path, search_paths=search, words_are_zero=True)
         if any(TEXT_NOTE in note for note in found.notes):
             raise DescriptionError("text behind the root element; remove it", file=path)
         for joint in found.joints:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from operator import is_
+from os.path import isfile, join
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +35,30 @@ def without_unreadable_meshes(description: RobotDescription) -> RobotDescription
     """
     links = tuple(_readable(link) for link in description.links)
     return description if all(map(is_, links, description.links)) else replace(description, links=links)
+
+
+def lacks_meshes(description: RobotDescription, folder: Path) -> bool:
+    """Return whether mesh files are missing; those that are there, but may not be read, do not count.
+
+    Args:
+        description: of which these files were looked for.
+        folder: of its file.
+    """
+    for link in description.links:
+        for shape in (*link.collisions, *link.visuals):
+            mesh = shape.geometry
+            if (
+                isinstance(mesh, Mesh)
+                and mesh.path is None
+                and mesh.data is None
+                and not _is_there(mesh.uri, folder)
+            ):
+                return True
+    return False
+
+
+def _is_there(uri: str, folder: Path) -> bool:
+    return isfile(join(folder, uri.removeprefix("file://")))  # noqa: PTH113, PTH118 - False for any text
 
 
 def refuse_unknown_types(description: RobotDescription) -> None:

@@ -24,7 +24,7 @@ from roboyard.description.sdf.parts import (
 from roboyard.description.sdf.values import made, pose_of, text_of
 from roboyard.description.urdf.xml import LocatedElement, line_of, read_xml
 from roboyard.errors import DescriptionError
-from roboyard.pybullet.bullet_rules.unreadable_meshes import refuse_unknown_types
+from roboyard.pybullet.bullet_rules.unreadable_meshes import lacks_meshes, refuse_unknown_types
 from roboyard.transforms import Array, quaternion_from_matrix
 
 _LIMITS = ("lower", "upper", "effort", "velocity")
@@ -96,7 +96,13 @@ def _read_model(model: ET.Element, path: Path, search_paths: Sequence[Path]) -> 
     robot.extend(_link(link) for link in model.findall("link"))
     robot.extend(_joint(joint, poses) for joint in model.findall("joint"))
     try:
-        description = load_description(robot, search_paths=search_paths, words_are_zero=True)
+        description = load_description(
+            robot, search_paths=search_paths, missing_meshes="note", words_are_zero=True
+        )
+        if lacks_meshes(
+            description, path.parent
+        ):  # raises the error that says which, and where they were looked for
+            load_description(robot, search_paths=search_paths, words_are_zero=True)
         refuse_unknown_types(description)
     except DescriptionError as problem:
         raise DescriptionError(

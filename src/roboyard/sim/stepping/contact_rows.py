@@ -265,6 +265,8 @@ class ContactRows:
         surface: r.Surface | None,
         points: r.Points,
         wrenches: Array,
+        *,
+        are_whole: bool = True,
     ) -> None:
         """Add the wrenches of contacts to those on bodies.
 
@@ -276,6 +278,8 @@ class ContactRows:
             surface: of the shapes, if it is known.
             points: that contacts keep.
             wrenches: (nbody, 6) forces (N) and torques (N m) about centres of mass.
+            are_whole: whether all of them are added, or only what they are more than at the places of
+                MuJoCo's contacts, where it adds them itself.
         """
         count, slots = len(forces), points.slots
         if surface is None or not len(surface.boxes) or len(slots) < count:
@@ -283,7 +287,7 @@ class ContactRows:
         margins = np.zeros(model.ngeom) if surface is None or not len(surface.margins) else surface.margins
         kernels().add_wrenches(
             *(found.contacts, count, forces, model.geom_bodyid, data.xipos, data.xpos, data.xmat),
-            *(margins, slots, points.points[points.notes.item(r.TABLE)], wrenches),
+            *(margins, slots, points.points[points.notes.item(r.TABLE)], float(are_whole), wrenches),
         )
 
     def give_forces(self, found: StepRows) -> None:

@@ -436,7 +436,6 @@ class Manifolds:
 
     def _bind(self, model: Any, data: Any) -> None:
         former, keeps = self._former, not self._windows.shows_slots
-        self._has_old_turns = True
         self._former = None
         if former is not None and former.keeps == keeps:
             self._bind_again(former)
@@ -447,6 +446,7 @@ class Manifolds:
         """Bind MuJoCo's arrays and make new ones for the points."""
         world = self._world
         self._written.clear()
+        self._has_old_turns = True
         if keeps:
             model.opt.disableflags |= _MULTIPLE
             if model.nmesh:
@@ -488,6 +488,7 @@ class Manifolds:
     def _bind_again(self, bound: _Bound) -> None:
         """Write a restored state's points into the arrays that were bound before."""
         kept, self._kept, self._bound = self._kept, None, bound
+        self._has_old_turns = True
         known = self._written.get(id(kept))
         if known is None:
             forget_points(self.points)

@@ -137,15 +137,16 @@ def read_forces(contacts, count, force, out):  # pragma: no cover
             out[i, k] = force[row + k]
 
 
-@compiled(CONTACTS, "i8 f8[:,::1] i4[::1] f8[:,:] f8[:,:] f8[:,:] f8[::1] i4[::1] f8[:,:,::1] f8[:,:]")
+@compiled(CONTACTS, "i8 f8[:,::1] i4[::1] f8[:,:] f8[:,:] f8[:,:] f8[::1] i4[::1] f8[:,:,::1] f8 f8[:,:]")
 def add_wrenches(  # pragma: no cover
-    contacts, count, forces, geom_body, centres, xpos, xmat, margins, slots, kept, wrenches
+    contacts, count, forces, geom_body, centres, xpos, xmat, margins, slots, kept, share, wrenches
 ):  # fmt: skip
     """Add the forces (N) and torques (N m) of contacts to those on bodies.
 
     forces: (n, 6) along the axes of the contacts' frames, on the second body. centres: (nbody, 3) centres of
     mass (m). xpos, xmat: of bodies. margins: (ngeom,) widths (m) by which surfaces lie outside the shapes.
-    slots, kept: places of the contacts' points, -1 for none, and the points. wrenches: (nbody, 6) forces and
+    slots, kept: places of the contacts' points, -1 for none, and the points. share: 1 to add all of them, 0
+    what they are more than at the contacts' places, where MuJoCo adds them. wrenches: (nbody, 6) forces and
     torques about the centres of mass, in the world frame.
 
     As in the rows of the solver, a body is pushed where its own point is, on its surface.
@@ -161,15 +162,15 @@ def add_wrenches(  # pragma: no cover
                 continue
             geom, sign = contacts.geom[i, side], 2.0 * side - 1.0
             body, out = geom_body[geom], sign * (0.5 * contacts.dist[i] - margins[geom])
-            x = contacts.position[i, 0] - centres[body, 0] + out * contacts.frame[i, 0]
-            y = contacts.position[i, 1] - centres[body, 1] + out * contacts.frame[i, 1]
-            z = contacts.position[i, 2] - centres[body, 2] + out * contacts.frame[i, 2]
+            x = share * (contacts.position[i, 0] - centres[body, 0]) + out * contacts.frame[i, 0]
+            y = share * (contacts.position[i, 1] - centres[body, 1]) + out * contacts.frame[i, 1]
+            z = share * (contacts.position[i, 2] - centres[body, 2]) + out * contacts.frame[i, 2]
             if slots[i] >= 0:
                 u, v, w = slid_from_contact(contacts, i, kept, slots[i], side, body, xpos, xmat)
                 x, y, z = x + u, y + v, z + w
-            wrenches[body, 0] += sign * fx
-            wrenches[body, 1] += sign * fy
-            wrenches[body, 2] += sign * fz
-            wrenches[body, 3] += sign * (tx + y * fz - z * fy)
-            wrenches[body, 4] += sign * (ty + z * fx - x * fz)
-            wrenches[body, 5] += sign * (tz + x * fy - y * fx)
+            wrenches[body, 0] += share * sign * fx
+            wrenches[body, 1] += share * sign * fy
+            wrenches[body, 2] += share * sign * fz
+            wrenches[body, 3] += sign * (share * tx + y * fz - z * fy)
+            wrenches[body, 4] += sign * (share * ty + z * fx - x * fz)
+            wrenches[body, 5] += sign * (share * tz + x * fy - y * fx)

@@ -37,10 +37,15 @@ class LastForces:
         out = self._own_forces(data)[:, :3]
         if self._in_turn.contact_rows.is_last:
             return out
-        wrench = np.zeros(6)
+        theirs = self._mujocos_forces(model, data)[:, :3]
+        return np.where((data.contact.efc_address >= 0)[:, None], theirs, out)
+
+    @staticmethod
+    def _mujocos_forces(model: Any, data: Any) -> Array:
+        """Return (ncon, 6) forces and torques of contacts whose rows MuJoCo has made, 0 of others."""
+        out = np.zeros((data.ncon, 6))
         for i in np.flatnonzero(data.contact.efc_address >= 0).tolist():
-            mujoco.mj_contactForce(model, data, i, wrench)
-            out[i] = wrench[:3]
+            mujoco.mj_contactForce(model, data, i, out[i])
         return out
 
     def contacts_in_place(self) -> tuple[Contacts, Array, np.ndarray, np.ndarray] | None:
@@ -71,15 +76,20 @@ class LastForces:
     def find_reactions(self, model: Any, data: Any) -> None:
         """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, as `mj_rnePostConstraint` does."""
         own = self._own_forces(data) if data.ncon else None
+        found = self.found
         applied, speeds = data.xfrc_applied, data.qvel
         kept = applied.copy(), speeds.copy()
         if not self._is_implicit:  # the axes turn by the velocities before the step
             speeds -= model.opt.timestep * data.qacc
         try:
-            if own is not None and own.any():
-                assert self.found is not None
-                known = self._in_turn.surface, self._manifolds.points
-                self._in_turn.contact_rows.add_wrenches(model, data, self.found, own, *known, applied)
+            if own is not None and found is not None and found.is_direct:
+                known = self._in_turn.surface, self._manifolds.points, applied
+                rows = self._in_turn.contact_rows
+                if own.any():
+                    rows.add_wrenches(model, data, found, own, *known)
+                elif not rows.is_last:
+                    theirs = self._mujocos_forces(model, data)
+                    rows.add_wrenches(model, data, found, theirs, *known, are_whole=False)
             mujoco.mj_rnePostConstraint(model, data)
         finally:
             applied[:], speeds[:] = kept
