@@ -26,8 +26,8 @@ from roboyard.description.model import (
     Pose,
     Sphere,
 )
+from roboyard.pybullet.bullet_rules.contact_order import visits_of
 from roboyard.pybullet.bullet_rules.mesh_objects import split_geometry
-from roboyard.pybullet.bullet_rules.part_order import visits_of
 from roboyard.pybullet.bullet_rules.shape_bounds import (
     TWO_SPHERES_MARGIN,
     LinkBounds,
