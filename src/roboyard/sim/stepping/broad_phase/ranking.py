@@ -60,13 +60,18 @@ def rank_pair(mechanism, state, surface, points, place):
     pairs, turns, firsts, sizes = points.pairs, points.turns, points.firsts, points.sizes
     compound, visits = surface.compound, surface.visits
     one, two = pairs[0, place], pairs[1, place]
-    if comes_first(mechanism, surface, points, two, one):
+    has_several = sizes[one] > 1 or sizes[two] > 1
+    if has_several and comes_first(mechanism, surface, points, two, one):
         one, two = two, one
     has_parts = compound[turns[firsts[one]]] > 0 or compound[turns[firsts[two]]] > 0
     for m in range(sizes[two]):
-        second = turns[firsts[two] + visits[turns[firsts[two] + m]]]
+        second = turns[firsts[two] + m]
+        if has_several:
+            second = turns[firsts[two] + visits[second]]
         for k in range(sizes[one]):
-            first = turns[firsts[one] + visits[turns[firsts[one] + k]]]
+            first = turns[firsts[one] + k]
+            if has_several:
+                first = turns[firsts[one] + visits[first]]
             meets = True
             if has_parts:
                 place_part(state, surface, points, first, one)
