@@ -30,7 +30,7 @@ PREPARED: dict[str, dict[Any, dict[int, Any]]] = {
     for kind in (
         *("push", "box", "motors", "efforts", "masses", "joints", "constraints", "dynamics", "pivots"),
         *("contacts", "torques", "bases", "rays", "overlaps", "closest", "velocities", "links", "read"),
-        "detection",
+        *("detection", "step"),
     )
 }
 """Kind to clients of `DIRECT` to bodies to what commands that are machine code need of them."""

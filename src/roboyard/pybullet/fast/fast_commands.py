@@ -249,10 +249,18 @@ def replace_contacts() -> None:
 
 def replace_detection() -> None:
     """Replace performCollisionDetection."""
-    from roboyard.pybullet.fast.detection_entries import DETECTION, KIND, DetectionState
+    from roboyard.pybullet.fast.steps.detection_entries import DETECTION, KIND, DetectionState
 
     name = "performCollisionDetection"
     replace(name, DETECTION, DetectionState(COMMANDS[name].function, PREPARED[KIND]))
+
+
+def replace_step() -> None:
+    """Replace stepSimulation."""
+    from roboyard.pybullet.fast.steps.step_entries import KIND, STEP, StepState
+
+    name = "stepSimulation"
+    replace(name, STEP, StepState(COMMANDS[name].function, PREPARED[KIND]))
 
 
 def replace_closest() -> None:

@@ -615,12 +615,26 @@ class PhysicsScene:
             self._step_in_parts(parts)
         else:
             world.step()
+        self._note_step()
+
+    def end_step(self, answer: int) -> None:
+        """Do what `step` does after the compiled loop of `World.direct_step`, which returned this answer."""
+        self.world.end_directly(answer)
+        self._note_step()
+
+    def _note_step(self) -> None:
         self.frames_are_old = False
         self.single_reads = 0
-        self.frames_revision = self.motor_revision = world.revision
+        self.frames_revision = self.motor_revision = self.world.revision
         self.last_step.drop()
         self._motor_forces = None
         self._wrenches = None
+
+    @property
+    def knows_parameters(self) -> bool:
+        """Whether the next step has the settings of the last one, and there is a time to advance by."""
+        parameters = self.parameters
+        return self._applied_revision == parameters.revision and parameters.time_step > 0
 
     def _step_in_parts(self, parts: int) -> None:
         """Advance by one time step, with what scripts have acting in each of its parts."""

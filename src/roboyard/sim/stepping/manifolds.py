@@ -66,6 +66,8 @@ changes = lazy_module("roboyard.sim.stepping.manifold_changes")
 renumbering = lazy_module("roboyard.sim.stepping.broad_phase.renumbering")
 face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 
+FIRST_CONTACTS = 24
+"""Contacts for which a world has room before it has more."""
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
 _OWNERS, _SETS = "owners of geoms", 4
 """Name in `Engine.of_arrays`, and number of sets of bodies that are kept."""
@@ -407,7 +409,7 @@ class Manifolds:
             grown = grown._replace(refreshed=points.refreshed)
         grown.notes[:] = points.notes
         grown.notes[[FULL, RENUMBERED, SORTED]] = 0, 2, 0
-        self.points = grown
+        self.points = self._world.of_arrays[_POINTS] = grown
         self._world.drop_prepared()
 
     def _bind(self, model: Any, data: Any) -> None:
@@ -445,7 +447,8 @@ class Manifolds:
         met = (0, 0, 0) if kept is None else (*map(len, (kept.met.states, kept.met.ranked, kept.met.nodes)),)
         every = items * (items - 1) // 2  # of all links or shapes, those of no body yet, too
         meeting = min(every, max(16 * items, 4096))
-        room = old.keys.shape[1], max(meeting, old.pairs.shape[1], *met[:2], 16)
+        pairs = max(old.keys.shape[1], min(every, FIRST_CONTACTS))
+        room = pairs, max(meeting, old.pairs.shape[1], *met[:2], 16)
         made: Points | None = world.of_arrays.get(_POINTS)
         if made is None or not has_room(made, *room, nodes=met[2]):
             self.points = make_points(order.copy(), *room, met[2])

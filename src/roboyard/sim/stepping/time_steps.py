@@ -22,6 +22,7 @@ from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.sequential.detection import Detection
+from roboyard.sim.stepping.sequential.direct_step import DirectStep
 from roboyard.sim.stepping.sequential.last_forces import LastForces
 from roboyard.sim.stepping.sequential.motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
@@ -328,15 +329,52 @@ class Stepping:
             return False
         finding().find_contacts(*addresses, self._flags)
         answer = order().execute(bundle, r.KEEP, r.SOLVE, 1, r.OF_ALL)
+        self._end_directly(answer, model, data)
+        return True
+
+    def _end_directly(self, answer: int, model: Any, data: Any) -> None:
+        """Execute the rest of a step after the compiled loop, which returned this answer."""
         if answer != r.DONE:
+            assert self._compiled is not None
+            found, in_turn = self._compiled[1], self.in_turn
             answer = in_turn.go_on(answer, found, r.KEEP, r.SOLVE, 1, r.OF_ALL)
             if not self._solve_new_points(answer, model, data, found):
                 self._is_direct = self._makes_rows = False
-                own.last = None
+                in_turn.contact_rows.last = None
                 self._solve_rows(model, data, found, r.OTHERS, remade=True)
-                return True
+                return
         mujoco.mj_Euler(model, data)
-        return True
+
+    def end_directly(self, answer: int, model: Any, data: Any) -> None:
+        """Do what `next_step` does after the compiled loop of `direct_step`, which returned this answer."""
+        self._end_directly(answer, model, data)
+        if self.wrenches.pending:
+            self._clear_forces()
+
+    def direct_step(self, model: Any, data: Any) -> DirectStep | None:
+        """Return the compiled calls of the last step; None where the next one may need others."""
+        compiled, in_turn = self._compiled, self.in_turn
+        if not self._is_direct or compiled is None or self._soft.by_id or self._has_drag:
+            return None
+        found, timestep, own = compiled[1], compiled[0].timestep, in_turn.contact_rows
+        bundle, addresses = in_turn.prepared(found, timestep), own.known_addresses(data)
+        if bundle is None or not addresses or not self.motors.is_prepared(timestep):
+            return None
+        return DirectStep(
+            kept=(
+                (self, "_is_direct"), (self, "_compiled"), (self, "_has_drag"), (self.manifolds, "_bound"),
+                (self.manifolds, "points"), (in_turn, "_known"), (in_turn, "_bundle"), (found, "search"),
+                (own, "_addresses"), (own, "welds"), (self._world, "profile"), (self.motors, "arrays"),
+                (self.motors, "_gathered"), (self.motors, "_bound_timestep"), (self, "_flags"),
+            ),
+            manifolds=self.manifolds,
+            find=finding().find_contacts,
+            found=(*addresses, self._flags),
+            execute=order().execute,
+            executed=(bundle, r.KEEP, r.SOLVE, 1, r.OF_ALL),
+            integrate=mujoco.mj_Euler,
+            clear=self._clear_forces,
+        )  # fmt: skip
 
     def _collide(self, call: Callable[[Any, Any], None], model: Any, data: Any) -> None:
         """Call a function of MuJoCo that finds contacts, with room for those that are found here."""
