@@ -25,7 +25,7 @@ from roboyard.sim.frame_updates import CENTRES, KEEP, POSES, SPEEDS, FrameUpdate
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
 from roboyard.sim.pool.kept_worlds import (
-    Change,
+    Changes,
     CompileKey,
     Compiles,
     FormerWorld,
@@ -443,7 +443,7 @@ class Engine(EngineHooks[BodyT]):
             body.plan_again(plan)
         self._leave_extra_elements()
 
-    def _take_over(self, kept: KeptWorld, key: CompileKey, changes: Sequence[Change]) -> None:
+    def _take_over(self, kept: KeptWorld, key: CompileKey, changes: Changes) -> None:
         """Go on with the spec, model and data of the world before, as a compile would leave them."""
         before, former = (self._model, self._data), kept.key
         self._planned = []
@@ -468,7 +468,7 @@ class Engine(EngineHooks[BodyT]):
             if plan.frictions != known.frictions:
                 body.set_frictions(plan)
                 others += 1
-        if changes or others:
+        if any(changes) or others:
             kept.is_now(key)
         self.compiles.note(kept.key, kept)
         self._new_bodies.end(self.body_by_id, self.time)
