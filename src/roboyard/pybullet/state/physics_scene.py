@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import KeysView
+from collections.abc import KeysView, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from roboyard.description.model import Inertial
 from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, BodyModel, never_turns
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
-from roboyard.pybullet.bullet_rules.shape_rows import ShapeRows
+from roboyard.pybullet.bullet_rules.placed_shapes.shape_rows import ShapeRows
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.constants import JOINT_REVOLUTE
 from roboyard.pybullet.face.errors import failure
@@ -38,8 +38,8 @@ from roboyard.sim.world import World
 from roboyard.transforms import conjugate, rotate
 
 if TYPE_CHECKING:
+    from roboyard.pybullet.bullet_rules.placed_shapes.shape_rows import Numbers
     from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
-    from roboyard.pybullet.bullet_rules.shape_rows import Numbers
     from roboyard.pybullet.state.body_records import SceneBoxes
     from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.pybullet.state.reactions.joint_reactions import JointWrenches, WrenchFinder
@@ -449,13 +449,35 @@ class PhysicsScene:
         """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
         return self._shape_numbers()[2]
 
-    def first_boxes(self, body: int) -> tuple[Any, Any] | None:
-        """Return boxes (n, 5, 3) around a body's links, by its id in the World, and its first pose (7,).
+    def first_boxes(self, bodies: Sequence[int]) -> tuple[list[int], Any, Any]:
+        """Return the boxes in which links of bodies, by their ids in the World, were made.
 
-        The boxes are in the base's frame (m). None where the pose is not known.
+        Returns:
+            The bodies whose first poses are known, those of plain shapes last; (n, 5, 3) boxes around all
+            their links in the bases' frames (m), and the (n, 7) first pose of the base for each link.
         """
-        record = self._records_by_world_id.get(body)
-        return None if record is None else record.first_boxes(self.world.live_model)
+        from roboyard.pybullet.bullet_rules.placed_shapes.plain_shapes import PlainShape, boxes_of
+
+        model, others, plain = self.world.live_model, list[int](), dict[int, PlainShape]()
+        boxes, poses = list[Any](), list[Any]()
+        for body in bodies:
+            record = self._records_by_world_id.get(body)
+            if record is None or record.first_pose is None:
+                continue
+            shape = record.plain_shape()
+            if shape is not None:
+                plain[body] = shape
+                continue
+            found, pose = record.first_boxes(model)
+            others.append(body)
+            boxes.append(found)
+            poses.append(np.tile(pose, (len(found), 1)))
+        if plain:
+            boxes.append(boxes_of(list(plain.values()))[1])
+            poses.append([self._records_by_world_id[body].first_pose for body in plain])
+        if not boxes:
+            return [], None, None
+        return [*others, *plain], np.concatenate(boxes), np.concatenate(poses)
 
     def _shape_numbers(self) -> Numbers:
         """Return margins, reaches and forms of all shapes."""

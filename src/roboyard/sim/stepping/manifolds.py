@@ -9,7 +9,7 @@ few steps.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -84,9 +84,9 @@ _BLANK = mujoco.MjContact()
 """Given to MuJoCo for contacts that are written then."""
 
 
-FirstBoxes = Callable[[int], "tuple[Array, Array] | None"]
-"""Returns the (n, 5, 3) boxes around the links of a body, by its id, in the base's frame, and the (7,) pose
-of the base when the body was made, as for `write_first_boxes`; None where these are not known."""
+FirstBoxes = Callable[[Sequence[int]], "tuple[Sequence[int], Array, Array]"]
+"""Returns which of some bodies, by id, were made at known places, (n, 5, 3) boxes around all their links in
+the bases' frames (m), and the (n, 7) pose of the base for each link, as for `write_first_boxes`."""
 
 
 class Manifolds:
@@ -287,12 +287,12 @@ class Manifolds:
 
     def _write_first_boxes(self) -> None:
         """Write the boxes in which new links were made, for the next step."""
-        first_boxes, points = self.first_boxes, self.points
-        if first_boxes is not None:
-            for body, links in self._new.items():
-                found = first_boxes(body)
-                if found is not None:
-                    changes().write_first_boxes(links, *found, points.leaves, points.bounds)
+        points = self.points
+        if self.first_boxes is not None:
+            bodies, boxes, poses = self.first_boxes(list(self._new))
+            if len(bodies):
+                links = np.concatenate([self._new[body] for body in bodies])
+                changes().write_first_boxes(links, boxes, poses, points.leaves, points.bounds)
         self._new.clear()
 
     def move(

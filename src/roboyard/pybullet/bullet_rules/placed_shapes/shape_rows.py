@@ -11,14 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.pybullet.bullet_rules.contact_reaches import (
-    ENDLESS_BOX,
-    ENDLESS_COVER,
-    NO_HULL,
-    PlacedShapes,
-    contact_reaches,
-)
+from roboyard._records import NamedTuple
+from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins, margins_of_rows, special_margins
+from roboyard.pybullet.bullet_rules.placed_shapes.boxes import ENDLESS_BOX, ENDLESS_COVER, NO_HULL
+from roboyard.pybullet.bullet_rules.placed_shapes.placing import PlacedShapes
+from roboyard.pybullet.bullet_rules.placed_shapes.plain_shapes import PlainShape, boxes_of
 from roboyard.sim.stepping.shape_forms import ShapeForms
 
 if TYPE_CHECKING:
@@ -30,6 +28,16 @@ _SHAPES, _SHAPE_SETS = "shapes of bodies", 4
 Numbers = tuple[np.ndarray, np.ndarray, ShapeForms]
 Hulls = dict[int, tuple[int, np.ndarray]]
 """First corner of each hull among those of all, and the hull, by its id; shapes have them in common."""
+
+
+class PlainPlace(NamedTuple):
+    """A body of one plain shape, and where it is in MuJoCo's arrays."""
+
+    shape: PlainShape
+    margin: float
+    """Of the shape (m)."""
+    geom: int
+    body: int
 
 
 class ShapeRows:
@@ -78,20 +86,24 @@ class ShapeRows:
         found = kept.get(key)
         if found is None:
             cylinders, triangles = list[int](), list[int]()
+            placed, plain = list[tuple[PlacedShapes, np.ndarray]](), list[PlainPlace]()
+            reaches = list[tuple[Any, Sequence[float]]]()
             for record in records:
-                rows = record.body.mujoco_ids
+                rows, shape = record.body.mujoco_ids, record.plain_shape()
+                geoms = record.body.geom_rows
+                if shape is not None and len(geoms[0]) == 1:
+                    plain.append(PlainPlace(shape, record.bounds(-1)[1], geoms[0][0], int(rows[0])))
+                    continue
                 concave, has_cylinders = record.of_model("margins", special_margins)
                 if has_cylinders:
                     cylinders += rows.tolist()
                 triangles += [int(rows[index]) for index in concave]
-            forms, hulls = shape_forms(
-                model, [(record.forms(model), record.body.mujoco_ids) for record in records]
-            )
-            numbers = (
-                geom_margins(model, cylinders, triangles),
-                contact_reaches(model, ((record.body.mujoco_ids, record.reaches()) for record in records)),
-                forms,
-            )
+                placed.append((record.forms(model), rows))
+                reaches.append((rows, record.reaches()))
+            if plain:
+                reaches.append(([place.body for place in plain], [place.shape.reach for place in plain]))
+            forms, hulls = shape_forms(model, placed, plain)
+            numbers = geom_margins(model, cylinders, triangles), contact_reaches(model, reaches), forms
             # with what the key has the ids of
             found = kept[key] = numbers, hulls, [record.model.shared for record in records]
             while len(kept) > _SHAPE_SETS:
@@ -133,12 +145,15 @@ class ShapeRows:
         return True
 
 
-def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -> tuple[ShapeForms, Hulls]:
+def shape_forms(
+    model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]], plain: Sequence[PlainPlace]
+) -> tuple[ShapeForms, Hulls]:
     """Return the shapes of all geoms of an MjModel, and the hulls among them.
 
     Args:
         model: the MjModel.
         bodies: the shapes of each, and the (k,) rows of its links among MuJoCo's bodies.
+        plain: those of all other bodies.
     """
     geoms = model.ngeom
     boxes, compound = np.empty((geoms, 4, 3)), np.zeros(geoms, np.uint8)
@@ -162,6 +177,11 @@ def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -
                         count += len(hull)
                 spans[body.geoms] = [_span(hull, hulls) for hull in body.hulls]
         compound[places] = np.concatenate([body.compound for body, _ in bodies])
+    if plain:
+        places = np.array([place.geom for place in plain], np.intp)
+        boxes[places], found = boxes_of([place.shape for place in plain])
+        parts[places] = covers[[place.body for place in plain]] = found
+        rounding[places] = [place.shape.rounding(place.margin) for place in plain]
     forms = ShapeForms(
         boxes=boxes,
         covers=covers,
