@@ -423,7 +423,7 @@ class BodyRecord:
         self.fixed_poses = None
         if self._data is not data:  # a body keeps its rows as long as MuJoCo's arrays are the same
             rows, positions, velocities = body.mujoco_ids, body.qpos_addresses, body.dof_addresses
-            self._look_up(data, map(int, rows), map(int, positions), map(int, velocities))
+            self._look_up(data, rows.tolist(), positions.tolist(), velocities.tolist())
             self._look_up_base(body.free_qpos, body.free_dof)
 
     def refresh_alone(self, lone: LoneBody) -> None:
