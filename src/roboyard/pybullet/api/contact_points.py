@@ -111,7 +111,7 @@ def getClosestPoints(
         (collisionShapePositionA, collisionShapeOrientationA),
         (collisionShapePositionB, collisionShapeOrientationB),
     )
-    copies = scene.query_shapes.copies or _make_copies(scene)
+    copies = scene.shapes.query_shapes.copies or _make_copies(scene)
     found = copies.points(key, poses, limit)
     if found is None and copies.plan(key, _shapes_of(scene, key)):
         found = copies.points(key, poses, limit)
@@ -139,7 +139,7 @@ def _closest_points(
     data, model = world.kinematics(), world.live_model
     points, ends = list[Point](), np.zeros(6)
     kinds, has_fields = model.geom_type, model.nhfield > 0
-    hulls = scene.geom_margins() if world is scene.world else geom_margins(model)
+    hulls = scene.shapes.geom_margins() if world is scene.world else geom_margins(model)
     others = [(*place, hulls.item(place[2])) for place in second]
     for body_a, link_a, geom_a in first:
         hull_a = hulls.item(geom_a)
@@ -180,7 +180,7 @@ def _placed(
 
     shapes = scene.collision_shapes
     if first.shape >= 0 and second.shape >= 0:
-        world, bodies = scene.query_shapes.place(shapes, first, second)
+        world, bodies = scene.shapes.query_shapes.place(shapes, first, second)
         _show_triangles(world, limit)
         one, two = (query_geoms(body) for body in bodies)
         yield world, one, two
@@ -204,7 +204,7 @@ def _make_copies(scene: PhysicsScene) -> ClosestCopies:
     """Return the copies of shapes and bodies that are used again, which the scene keeps."""
     from roboyard.pybullet.fast.closest_copies import ClosestCopies
 
-    copies = scene.query_shapes.copies = ClosestCopies(scene)
+    copies = scene.shapes.query_shapes.copies = ClosestCopies(scene)
     return copies
 
 

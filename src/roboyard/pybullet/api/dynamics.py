@@ -209,7 +209,7 @@ def _set_margin(scene: PhysicsScene, record: BodyRecord, link: int, margin: floa
     record.link_boxes = scene.link_boxes = None
     for kind in ("overlaps", "closest"):
         prepared.get(kind, {}).clear()
-    scene.shape_rows.gather_again()
+    scene.shapes.rows.gather_again()
     prepared.get("box", {}).pop(record.number, None)
     forget_body(record)
 

@@ -271,7 +271,7 @@ class ClosestCopies:
         scene, world = self._scene, self._scene.world
         world.ensure_compiled()
         data = world.live_data
-        return data.geom_xpos, data.geom_xmat, scene.geom_margins()
+        return data.geom_xpos, data.geom_xmat, scene.shapes.geom_margins()
 
 
 def _are_plain(shapes: tuple[Collision, ...]) -> bool:

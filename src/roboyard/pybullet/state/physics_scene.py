@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import KeysView, Sequence
+from collections.abc import KeysView
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,6 @@ from roboyard.description.model import Inertial
 from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, BodyModel, never_turns
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
-from roboyard.pybullet.bullet_rules.placed_shapes.shape_rows import ShapeRows
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.constants import JOINT_REVOLUTE
 from roboyard.pybullet.face.errors import failure
@@ -30,6 +29,7 @@ from roboyard.pybullet.state.engine_parameters import (
 )
 from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
 from roboyard.pybullet.state.pair_filters import NO_SELF_COLLISIONS, PairFilters, SelfCollisions
+from roboyard.pybullet.state.scene_shapes import SceneShapes
 from roboyard.pybullet.state.textures import Textures
 from roboyard.sim.link import Link
 from roboyard.sim.mujoco_library import stop_timers
@@ -38,14 +38,10 @@ from roboyard.sim.world import World
 from roboyard.transforms import conjugate, rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.bullet_rules.placed_shapes.shape_rows import Numbers
-    from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
     from roboyard.pybullet.state.body_records import SceneBoxes
-    from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.pybullet.state.reactions.joint_reactions import JointWrenches, WrenchFinder
     from roboyard.sim.body import Body
     from roboyard.sim.pool.lone_bodies import LoneBody
-    from roboyard.sim.stepping.shape_forms import ShapeForms
 
 HELD_INERTIA = 1e9
 """Inertia (kg m² or kg) of the motor of a joint that nothing moves."""
@@ -104,20 +100,11 @@ class PhysicsScene:
         self.pending_commands: set[MotorCommands] = set()
         """Motor commands of bodies that are not applied to the World yet."""
         self.filters = PairFilters(self.world, self.bodies)
-        self._query_shapes: QueryShapes | None = None
-        self._shape_places: tuple[int, dict[int, tuple[int, int, float]]] = (-1, {})
-        """Revision of the World, and MuJoCo geom to body, link and margin (m) of shapes that were hit."""
-        self._margin_shapes: MarginShapes | None = None
+        self.shapes = SceneShapes(self.world, self._records_by_world_id, self.filters)
         self.new_bodies: dict[int, BodyRecord] = {}
         """Bodies by number whose boxes are still those in which Bullet added their links."""
         self.link_boxes: tuple[int, SceneBoxes] | None = None
         """Revision of the World, and boxes around the links of all bodies."""
-        self.shape_rows = ShapeRows()
-        """Margins, reaches and forms of shapes."""
-        self.world.surfaces.margins_of = self.geom_margins
-        self.world.surfaces.reaches_of = self.contact_reaches
-        self.world.surfaces.forms_of = self.shape_forms
-        self.world.stepping.manifolds.first_boxes = self.first_boxes
         self._scratch: Any = None
         self.scratch_arrays: tuple[Any, ...] = ()
         """Positions, velocities and accelerations of `scratch_data`."""
@@ -437,79 +424,6 @@ class PhysicsScene:
             self.scratch_arrays = data.qpos, data.qvel, data.qacc
         return self._scratch
 
-    def geom_margins(self) -> Any:
-        """Return the (ngeom,) margins by which Bullet's shapes are larger than MuJoCo's (m)."""
-        return self._shape_numbers()[0]
-
-    def contact_reaches(self) -> Any:
-        """Return the (ngeom,) gaps (m) up to which Bullet keeps the points of contacts."""
-        return self._shape_numbers()[1]
-
-    def shape_forms(self) -> ShapeForms:
-        """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
-        return self._shape_numbers()[2]
-
-    def first_boxes(self, bodies: Sequence[int]) -> tuple[list[int], Any, Any]:
-        """Return the boxes in which links of bodies, by their ids in the World, were made.
-
-        Returns:
-            The bodies whose first poses are known, those of plain shapes last; (n, 5, 3) boxes around all
-            their links in the bases' frames (m), and the (n, 7) first pose of the base for each link.
-        """
-        from roboyard.pybullet.bullet_rules.placed_shapes.plain_shapes import PlainShape, boxes_of
-
-        model, others, plain = self.world.live_model, list[int](), dict[int, PlainShape]()
-        boxes, poses = list[Any](), list[Any]()
-        for body in bodies:
-            record = self._records_by_world_id.get(body)
-            if record is None or record.first_pose is None:
-                continue
-            shape = record.plain_shape()
-            if shape is not None:
-                plain[body] = shape
-                continue
-            found, pose = record.first_boxes(model)
-            others.append(body)
-            boxes.append(found)
-            poses.append(np.tile(pose, (len(found), 1)))
-        if plain:
-            boxes.append(boxes_of(list(plain.values()))[1])
-            poses.append([self._records_by_world_id[body].first_pose for body in plain])
-        if not boxes:
-            return [], None, None
-        return [*others, *plain], np.concatenate(boxes), np.concatenate(poses)
-
-    def _shape_numbers(self) -> Numbers:
-        """Return margins, reaches and forms of all shapes."""
-        return self.shape_rows.numbers(self.world, self._records_by_world_id)
-
-    def place_of(self, geom: int) -> tuple[int, int, float]:
-        """Return body, link and Bullet's margin (m) of a MuJoCo geom."""
-        revision, places = self._shape_places
-        if revision != self.world.revision:
-            self._shape_places = self.world.revision, (places := {})
-        if geom not in places:
-            body, link = self.world.geom_owners[geom].tolist()
-            places[geom] = self.record_of(body).number, link - 1, float(self.geom_margins()[geom])
-        return places[geom]
-
-    @property
-    def margin_shapes(self) -> MarginShapes:
-        """The shapes whose margins rays may start in."""
-        if self._margin_shapes is None:
-            from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
-
-            self._margin_shapes = MarginShapes(self.world, self.geom_margins, self.shown_geoms, self.filters)
-        return self._margin_shapes
-
-    def shown_geoms(self, geoms: Any, mask: int) -> Any:
-        """Return those of some MuJoCo geoms (k,) whose groups share a bit with a mask."""
-        if not len(geoms) or self.filters.shows_all(mask):
-            return geoms
-        return geoms[[self.filters.shows(*self.place_of(geom)[:2], mask) for geom in geoms.tolist()]]
-
-    # -------------------------------------------------------------------------------------------------- time
-
     def apply_parameters(self) -> None:
         """Apply gravity and the time step to the World."""
         p = self.parameters
@@ -690,20 +604,10 @@ class PhysicsScene:
             return None
         return world.live_data.xfrc_applied.copy(), world.live_data.qfrc_applied.copy()
 
-    @property
-    def query_shapes(self) -> QueryShapes:
-        """World for distance queries of shapes that belong to no body, created on first use."""
-        if self._query_shapes is None:
-            from roboyard.pybullet.state.query_shapes import QueryShapes
-
-            self._query_shapes = QueryShapes()
-        return self._query_shapes
-
     def release(self) -> None:
         """Free everything: the parts reference each other, and MuJoCo's arrays are large."""
         self.world.release()
-        if self._query_shapes is not None:
-            self._query_shapes.release()
+        self.shapes.release()
         vars(self).clear()
 
     def frames(self, *, fresh: bool) -> Any:
