@@ -373,7 +373,6 @@ class Stepping:
             execute=order().execute,
             executed=(bundle, r.KEEP, r.SOLVE, 1, r.OF_ALL),
             integrate=mujoco.mj_Euler,
-            clear=self._clear_forces,
         )  # fmt: skip
 
     def _collide(self, call: Callable[[Any, Any], None], model: Any, data: Any) -> None:

@@ -44,6 +44,8 @@ class StepState(NamedTuple):
     motor_forces: str = "_motor_forces"
     wrenches: str = "_wrenches"
     pending: str = "pending"
+    pushed: str = "pushed"
+    no_force: float = 0.0
     new: str = "_new"
     revision: str = "revision"
 
@@ -51,11 +53,11 @@ class StepState(NamedTuple):
 _SOURCE = f"""
 ITEMS, SIZE = 3, 2  # of tuples, in words
 COMMAND, PREPARED, KEY, NONE, TRUE, FALSE, IS_DONE, ANSWER, MOVED, VELOCITY_MOVED, KEPT_FRAMES = range(3, 14)
-OLD, SINGLE_READS, FRAMES_REVISION, MOTOR_REVISION, MOTOR_FORCES, WRENCHES, PENDING, NEW = range(14, 22)
-CHANGES = 22
+OLD, SINGLE_READS, FRAMES_REVISION, MOTOR_REVISION, MOTOR_FORCES, WRENCHES, PENDING, PUSHED = range(14, 22)
+NO_FORCE, NEW, CHANGES = range(22, 25)
 SCENE, WORLD, PUSHES, MANIFOLDS, REVISION, SAME, EMPTY_DICTS, EMPTY_LISTS, COMMANDS, FLUSH = range(3, 13)
-FIND, FINDS, EXECUTE, EXECUTED, INTEGRATE, INTEGRATED, CLEAR, FINISH, RAISED, HEED = range(13, 23)
-SETTINGS, CHANGED = range(23, 25)
+FIND, FINDS, EXECUTE, EXECUTED, INTEGRATE, INTEGRATED, FINISH, RAISED, HEED = range(13, 22)
+SETTINGS, CHANGED, FORCES, FILL_LINKS, FILL_JOINTS = range(22, 27)
 {parts(ATTRIBUTE, FOUND)}
 @part
 def is_same(state, scene):
@@ -105,6 +107,16 @@ def is_ended(state, scene, answer):
     return is_done(PyObject_Vectorcall(word(scene, FINISH), passed, 1, 0))
 
 @part
+def forget_forces(state, scene):
+    owner, passed = word(scene, FORCES), words()
+    passed[0] = word(state, NO_FORCE)
+    if found(word(scene, PUSHES), word(state, PUSHED)) == word(state, TRUE):
+        is_done(PyObject_Vectorcall(word(scene, FILL_LINKS), passed, 1, 0))
+        PyObject_SetAttr(owner, word(state, PUSHED), word(state, FALSE))
+    is_done(PyObject_Vectorcall(word(scene, FILL_JOINTS), passed, 1, 0))
+    PyObject_SetAttr(owner, word(state, PENDING), word(state, FALSE))
+
+@part
 def is_noted(state, scene):
     world, none = word(scene, WORLD), word(state, NONE)
     PyObject_SetAttr(world, word(state, MOVED), word(state, TRUE))
@@ -137,8 +149,7 @@ def is_stepped(state, scene):
         PyErr_Clear()  # positions are as before; the same call raises it again
         return is_ended(state, scene, word(state, IS_DONE))
     if found(word(scene, PUSHES), word(state, PENDING)) == word(state, TRUE):
-        if not is_done(PyObject_Vectorcall(word(scene, CLEAR), words(), 0, 0)):
-            return False
+        forget_forces(state, scene)
     return is_noted(state, scene)
 
 def entry(state, given, count, keywords):
@@ -185,19 +196,20 @@ def prepare(scene: PhysicsScene, logs: LogSet) -> None:
         (scene.last_step, "_contacts"), (scene.last_step, "_seen"),
     )  # fmt: skip
     same = tuple(part for owner, name in owners for part in (vars(owner), name, getattr(owner, name)))
+    data = world.live_data
     known[0] = (
         *(scene, world, vars(world.wrenches), vars(step.manifolds), world.revision, same),
         (scene.requested, scene.spring_dampers, scene.last_step.filtered, logs.recorders),
         (world.before_step, world.after_step),
         *(scene.pending_commands, scene.flush_motors),
         *(step.find, step.found, step.execute, step.executed),
-        *(step.integrate, (world.live_model, world.live_data), step.clear, scene.end_step),
-        *(RAISED, world.heed_warning, parameters, parameters.revision),
+        *(step.integrate, (world.live_model, data), scene.end_step, RAISED, world.heed_warning),
+        *(parameters, parameters.revision, world.wrenches, data.xfrc_applied.fill, data.qfrc_applied.fill),
     )
 
 
 def _is_same(known: tuple[Any, ...]) -> bool:
     """Return whether attributes of objects are as they were when this was prepared."""
-    parts, (parameters, revision) = iter(known[5]), known[-2:]
+    parts, (parameters, revision) = iter(known[5]), known[-5:-3]
     are_same = all(owned.get(name) is value for owned, name, value in zip(parts, parts, parts, strict=True))
     return are_same and parameters.revision == revision

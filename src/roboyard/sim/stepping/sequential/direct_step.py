@@ -22,6 +22,5 @@ class DirectStep(NamedTuple):
     executed: tuple[Any, ...]
     """Arguments of `execute`."""
     integrate: Callable[..., Any]
-    """Called with model and data where `execute` returns DONE; else the step ends otherwise."""
-    clear: Callable[[], None]
-    """Called afterwards where external forces are pending."""
+    """Called with model and data where `execute` returns DONE; else the step ends otherwise. External forces
+    are cleared then."""
