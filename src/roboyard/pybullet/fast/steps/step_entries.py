@@ -57,7 +57,7 @@ OLD, SINGLE_READS, FRAMES_REVISION, MOTOR_REVISION, MOTOR_FORCES, WRENCHES, PEND
 NO_FORCE, NEW, CHANGES = range(22, 25)
 SCENE, WORLD, PUSHES, MANIFOLDS, REVISION, SAME, EMPTY_DICTS, EMPTY_LISTS, COMMANDS, FLUSH = range(3, 13)
 FIND, FINDS, EXECUTE, EXECUTED, INTEGRATE, INTEGRATED, FINISH, RAISED, HEED = range(13, 22)
-SETTINGS, CHANGED, FORCES, FILL_LINKS, FILL_JOINTS = range(22, 27)
+SETTINGS, CHANGED, FORCES, FILL_LINKS, FILL_JOINTS, OF_WORLD, OF_SCENE = range(22, 29)
 {parts(ATTRIBUTE, FOUND)}
 @part
 def is_same(state, scene):
@@ -117,21 +117,26 @@ def forget_forces(state, scene):
     PyObject_SetAttr(owner, word(state, PENDING), word(state, FALSE))
 
 @part
+def note(owner, attributes, name, value):
+    if found(attributes, name) != value:
+        PyObject_SetAttr(owner, name, value)
+
+@part
 def is_noted(state, scene):
-    world, none = word(scene, WORLD), word(state, NONE)
-    PyObject_SetAttr(world, word(state, MOVED), word(state, TRUE))
-    PyObject_SetAttr(world, word(state, VELOCITY_MOVED), word(state, TRUE))
-    PyObject_SetAttr(world, word(state, KEPT_FRAMES), none)
+    owner, attributes, none = word(scene, WORLD), word(scene, OF_WORLD), word(state, NONE)
+    note(owner, attributes, word(state, MOVED), word(state, TRUE))
+    note(owner, attributes, word(state, VELOCITY_MOVED), word(state, TRUE))
+    note(owner, attributes, word(state, KEPT_FRAMES), none)
     if PyDict_Size(word(scene, RAISED)) != 0:
         if not is_done(PyObject_Vectorcall(word(scene, HEED), words(), 0, 0)):
             return False
-    owner, revision = word(scene, SCENE), word(scene, REVISION)
-    PyObject_SetAttr(owner, word(state, OLD), word(state, FALSE))
-    PyObject_SetAttr(owner, word(state, SINGLE_READS), word(state, KEY))
-    PyObject_SetAttr(owner, word(state, FRAMES_REVISION), revision)
-    PyObject_SetAttr(owner, word(state, MOTOR_REVISION), revision)
-    PyObject_SetAttr(owner, word(state, MOTOR_FORCES), none)
-    PyObject_SetAttr(owner, word(state, WRENCHES), none)
+    owner, attributes, revision = word(scene, SCENE), word(scene, OF_SCENE), word(scene, REVISION)
+    note(owner, attributes, word(state, OLD), word(state, FALSE))
+    note(owner, attributes, word(state, SINGLE_READS), word(state, KEY))
+    note(owner, attributes, word(state, FRAMES_REVISION), revision)
+    note(owner, attributes, word(state, MOTOR_REVISION), revision)
+    note(owner, attributes, word(state, MOTOR_FORCES), none)
+    note(owner, attributes, word(state, WRENCHES), none)
     return True
 
 @part
@@ -205,11 +210,12 @@ def prepare(scene: PhysicsScene, logs: LogSet) -> None:
         *(step.find, step.found, step.execute, step.executed),
         *(step.integrate, (world.live_model, data), scene.end_step, RAISED, world.heed_warning),
         *(parameters, parameters.revision, world.wrenches, data.xfrc_applied.fill, data.qfrc_applied.fill),
+        *(vars(world), vars(scene)),
     )
 
 
 def _is_same(known: tuple[Any, ...]) -> bool:
     """Return whether attributes of objects are as they were when this was prepared."""
-    parts, (parameters, revision) = iter(known[5]), known[-5:-3]
+    parts, (parameters, revision) = iter(known[5]), known[-7:-5]
     are_same = all(owned.get(name) is value for owned, name, value in zip(parts, parts, parts, strict=True))
     return are_same and parameters.revision == revision
