@@ -57,7 +57,7 @@ def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = N
     try:
         for place in _candidates(search_path, name):
             if access(place, F_OK) and isfile(place):  # noqa: PTH113 - many times as fast as that of the path
-                file = Path(place)
+                file = _named(place)
                 if islink(place):  # noqa: PTH114
                     return _target(place, file)
                 return file if isabs(place) else file.absolute()  # noqa: PTH117

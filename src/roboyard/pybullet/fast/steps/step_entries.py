@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from roboyard.pybullet.logs.log_set import LogSet
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
-KIND = "step"
+KIND, ONCE = "step", 1
+"""Kind of what is prepared, and its key for a first step of the Python function."""
 
 
 class StepState(NamedTuple):
@@ -187,10 +188,16 @@ vars(step_call)["front"] = STEP
 
 
 def prepare(scene: PhysicsScene, logs: LogSet) -> None:
-    """Let machine code step, once the Python function has."""
+    """Let machine code step, once the Python function has done so twice with the same bodies.
+
+    Programs that make their world again and again take one step in it.
+    """
     world, parameters = scene.world, scene.parameters
     known: Any = world.prepared.get(KIND)
     if known is None or (0 in known and _is_same(known[0])):
+        return
+    if ONCE not in known:
+        known[ONCE] = ()
         return
     known.pop(0, None)
     step = world.direct_step()
