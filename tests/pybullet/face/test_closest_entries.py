@@ -13,7 +13,8 @@ from roboyard.native.objects import arrays_have_the_known_layout
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.entries import FRONT
-from roboyard.pybullet.fast import closest_entries, fast_commands
+from roboyard.pybullet.fast import fast_commands
+from roboyard.pybullet.fast.closest import entries
 from roboyard.pybullet_data import getDataPath
 
 pytestmark = pytest.mark.skipif(
@@ -24,7 +25,7 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture
 def bodies(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
     assert FRONT.address()
-    assert closest_entries.CLOSEST.address()
+    assert entries.CLOSEST.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
     direct_calls.START.enter()
     fast_commands.replace_closest()

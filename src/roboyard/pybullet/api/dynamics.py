@@ -29,7 +29,7 @@ from roboyard.pybullet.fast.dynamics_writes import (
     prepare_mass,
     prepare_restitution,
 )
-from roboyard.pybullet.fast.fast_commands import replace_properties
+from roboyard.pybullet.fast.fast_commands import replace_dynamics_info, replace_properties
 from roboyard.pybullet.fast.pairs import PAIR, SIGNED_PAIR
 from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
 from roboyard.sim.build.masses import LEAST_SHARE
@@ -518,3 +518,4 @@ START.later(
         ranks=_RANKS,
     )
 )
+START.later(replace_dynamics_info)

@@ -16,8 +16,8 @@ from roboyard._records import NamedTuple
 from roboyard.description.model import Collision, Heightfield, Link, RobotDescription
 from roboyard.native import can_call
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
-from roboyard.pybullet.fast import closest_kernels as kernels
-from roboyard.pybullet.fast.closest_search import Point, arrays_of_shapes, rows_of
+from roboyard.pybullet.fast.closest import kernels
+from roboyard.pybullet.fast.closest.search import Point, arrays_of_shapes, rows_of
 from roboyard.pybullet.state.query_shapes import QUERY_LINK, pose_of
 from roboyard.sim.mujoco_library import mujoco_library
 from roboyard.sim.physics_profile import BULLET

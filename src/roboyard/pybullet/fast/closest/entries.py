@@ -15,10 +15,10 @@ from roboyard._records import NamedTuple
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
-from roboyard.pybullet.fast.closest_search import FEW, ZEROS
+from roboyard.pybullet.fast.closest.search import FEW, ZEROS
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.fast.closest_search import ClosestSearch
+    from roboyard.pybullet.fast.closest.search import ClosestSearch
     from roboyard.pybullet.state.body_records import Side
 
 KIND = "closest"
