@@ -116,6 +116,8 @@ def getClosestPoints(
     if found is None and copies.plan(key, _shapes_of(scene, key)):
         found = copies.points(key, poses, limit)
     if found is not None:
+        if is_machine_code("getClosestPoints"):
+            copies.prepare(key)
         return found
     from roboyard.pybullet.state.query_shapes import QuerySide
 

@@ -1,7 +1,7 @@
-"""getClosestPoints of two bodies, or of their links, as machine code; see `fast_entries`.
+"""getClosestPoints of two bodies, of their links and of shapes at poses, as machine code; see `fast_entries`.
 
-The compiled search writes numbers, of which this makes tuples. Query shapes, and worlds in which the search
-does not find all, go to the Python function.
+The compiled search writes numbers, of which this makes tuples. Worlds in which the search does not find all,
+and shapes that are not copied yet, go to the Python function.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, PLAIN, TRIPLE, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, NUMBER, PLAIN, TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.closest.search import FEW, ZEROS
@@ -40,14 +40,42 @@ class ClosestState(NamedTuple):
     one: int = 1
     zero: int = 0
     moved: str = "is_moved"
+    none: None = None
+    listed: list[Any] = []  # noqa: RUF012 - of which the type is read
+
+
+class ShapePlan(NamedTuple):
+    """A query with shapes at poses; the machine code has the same order."""
+
+    world: Any
+    update: Any
+    """Computes the frames of all links, where a side is a body that may have moved; else None."""
+    shapes: dict[int, Any]
+    """All collision shapes by id."""
+    owners: tuple[Any, ...]
+    """The id of each side's shape, and its owner; None twice for a body."""
+    loop: Any
+    arguments: tuple[Any, ...]
+    """All arguments of the loop but the distance, which is that before the last two."""
+    out: Any
+    places: Any
+    """The pairs of the last argument in one row."""
+    poses: tuple[Any, Any]
+    """(7,) poses that the loop reads."""
+    first: tuple[Any, ...]
+    """Links of the shapes of the first side."""
+    second: tuple[Any, ...]
+    bodies: tuple[int, ...]
 
 
 _SOURCE = f"""
 SIZE, ITEMS, KIND = 2, 3, 1  # of tuples and of any object, in words
-COMMAND, PREPARED, TRUE, NOTHING, WHOLE, NUMBER, ANY_LINK, ZEROS, ONE, ZERO, MOVED = range(3, 14)
+COMMAND, PREPARED, TRUE, NOTHING, WHOLE, NUMBER, ANY_LINK, ZEROS, ONE, ZERO, MOVED, NONE, LISTED = range(3, 16)
 WORLD, UPDATE, LOOP, SHAPES, MARGINS, OUT, PAIRS, PLACES = range(3, 11)
 GEOMS, LINKS = range(3, 5)  # of a side
-{parts(ATTRIBUTE, FOUND, PLAIN, TRIPLE)}
+PLAN_WORLD, PLAN_UPDATE, PLAN_SHAPES, OWNERS, PLAN_LOOP, ARGUMENTS, PLAN_OUT, PLAN_PLACES = range(3, 11)
+POSES, FIRST_LINKS, SECOND_LINKS, BODIES = range(11, 15)
+{parts(ATTRIBUTE, FOUND, PLAIN, TRIPLE, NUMBER, ITEM, HAS_LENGTH)}
 @part
 def side_of(state, bodies, body, link):
     if word(body, KIND) != word(word(state, WHOLE), KIND):
@@ -96,13 +124,13 @@ def put(made, place, value):
     PyTuple_SetItem(made, place, value)
 
 @part
-def point(state, scene, given, first, second, row):
-    made, out, pairs = PyTuple_New(14), matrix(word(scene, OUT)), integers(word(scene, PLACES))
+def point(state, numbers_of, places, bodies, first, second, row):
+    made, out, pairs = PyTuple_New(14), matrix(numbers_of), integers(places)
     put(made, 0, word(state, ZERO))
-    put(made, 1, given[1])
-    put(made, 2, given[2])
-    put(made, 3, word(word(first, LINKS), ITEMS + pairs[2 * row]))
-    put(made, 4, word(word(second, LINKS), ITEMS + pairs[2 * row + 1]))
+    put(made, 1, bodies[0])
+    put(made, 2, bodies[1])
+    put(made, 3, word(first, ITEMS + pairs[2 * row]))
+    put(made, 4, word(second, ITEMS + pairs[2 * row + 1]))
     for k in range(3):
         PyTuple_SetItem(made, 5 + k, triple(out[row, 3 * k], out[row, 3 * k + 1], out[row, 3 * k + 2]))
     PyTuple_SetItem(made, 8, PyFloat_FromDouble(out[row, 9]))
@@ -111,6 +139,18 @@ def point(state, scene, given, first, second, row):
     put(made, 11, word(state, ZEROS))
     put(made, 12, word(state, NUMBER))
     put(made, 13, word(state, ZEROS))
+    return made
+
+@part
+def all_points(state, number, numbers_of, places, bodies, first, second):
+    if number == 0:
+        Py_IncRef(word(state, NOTHING))
+        return word(state, NOTHING)
+    if number < 0:
+        return 0
+    made = PyTuple_New(number)
+    for row in range(number):
+        PyTuple_SetItem(made, row, point(state, numbers_of, places, bodies, first, second, row))
     return made
 
 @part
@@ -124,24 +164,134 @@ def points(state, bodies, scene, given, count):
         return 0
     Py_IncRef(first)
     Py_IncRef(second)
-    number, made = count_of(state, scene, first, second, given[3]), 0
-    if number == 0:
-        made = word(state, NOTHING)
-        Py_IncRef(made)
-    elif number > 0:
-        made = PyTuple_New(number)
-        for row in range(number):
-            PyTuple_SetItem(made, row, point(state, scene, given, first, second, row))
+    number = count_of(state, scene, first, second, given[3])
+    made = all_points(
+        state, number, word(scene, OUT), word(scene, PLACES), (given[1], given[2]),
+        word(first, LINKS), word(second, LINKS),
+    )
     Py_DecRef(first)
     Py_DecRef(second)
     return made
 
+@part
+def coordinate(state, values, place):
+    kind = word(values, KIND)
+    if kind == word(word(state, LISTED), KIND):
+        value = word(word(values, ITEMS), place)
+    elif kind == word(word(state, NOTHING), KIND):
+        value = word(values, ITEMS + place)
+    else:
+        return item(values, place)
+    found = plain(state, value)
+    return found if found == found else number(value)
+
+@part
+def is_posed(state, position, turn, pose):
+    total = 0.0
+    for k in range(3):
+        pose[k] = 0.0
+        if position != word(state, NONE):
+            pose[k] = coordinate(state, position, k)
+        total += pose[k]
+    pose[3], pose[4], pose[5], pose[6] = 0.0, 0.0, 0.0, 1.0
+    if turn != word(state, NONE):
+        x, y = coordinate(state, turn, 0), coordinate(state, turn, 1)
+        z, w = coordinate(state, turn, 2), coordinate(state, turn, 3)
+        length = np.sqrt(x * x + y * y + z * z + w * w)
+        if not length > 0.0:
+            return False
+        total += length
+        pose[3], pose[4], pose[5], pose[6] = x / length, y / length, z / length, w / length
+    return total - total == 0.0
+
+@part
+def are_posed(state, plan, given, count):
+    for side in range(2):
+        owner, place = word(word(plan, OWNERS), ITEMS + 2 * side + 1), word(state, NONE)
+        if owner == place:
+            continue
+        if found(word(plan, PLAN_SHAPES), word(word(plan, OWNERS), ITEMS + 2 * side)) != owner:
+            return False
+        position = given[8 + side] if count > 8 + side else word(state, NONE)
+        turn = given[10 + side] if count > 10 + side else word(state, NONE)
+        if position != word(state, NONE) and not has_length(position, 3):
+            return False
+        if turn != word(state, NONE) and not has_length(turn, 4):
+            return False
+        if not is_posed(state, position, turn, numbers(word(word(plan, POSES), ITEMS + side))):
+            return False
+    return True
+
+@part
+def is_updated(state, plan):
+    if word(plan, PLAN_UPDATE) == word(state, NONE):
+        return True
+    if attribute(word(plan, PLAN_WORLD), word(state, MOVED)) != word(state, TRUE):
+        return True
+    done = PyObject_Vectorcall(word(plan, PLAN_UPDATE), words(), 0, 0)
+    if done == 0:
+        PyErr_Clear()
+        return False
+    Py_DecRef(done)
+    return True
+
+@part
+def count_of_plan(plan, limit):
+    passed, arguments = words(), word(plan, ARGUMENTS)
+    count = word(arguments, SIZE)
+    for place in range(count - 2):
+        passed[place] = word(arguments, ITEMS + place)
+    passed[count - 2] = limit
+    for place in range(count - 2, count):
+        passed[place + 1] = word(arguments, ITEMS + place)
+    done = PyObject_Vectorcall(word(plan, PLAN_LOOP), passed, count + 1, 0)
+    if done == 0:
+        PyErr_Clear()
+        return -1
+    found = PyLong_AsLongLong(done)
+    Py_DecRef(done)
+    return found
+
+@part
+def plan_of(state, plans, given, count):
+    key, made = PyTuple_New(6), 0
+    places = (1, 4, 6, 2, 5, 7)
+    for k in range(6):
+        value = given[places[k]] if places[k] < count else word(state, WHOLE)
+        if word(value, KIND) != word(word(state, WHOLE), KIND):
+            Py_DecRef(key)
+            return 0
+        put(key, k, value)
+    made = found(plans, key)
+    Py_DecRef(key)
+    return made
+
+@part
+def points_of_shapes(state, plans, given, count):
+    limit, plan = plain(state, given[3]), plan_of(state, plans, given, count)
+    if plan == 0 or limit - limit != 0.0:
+        return 0
+    Py_IncRef(plan)
+    made = 0
+    if are_posed(state, plan, given, count) and is_updated(state, plan):
+        bodies = word(plan, BODIES)
+        made = all_points(
+            state, count_of_plan(plan, given[3]), word(plan, PLAN_OUT), word(plan, PLAN_PLACES),
+            (word(bodies, ITEMS), word(bodies, ITEMS + 1)), word(plan, FIRST_LINKS), word(plan, SECOND_LINKS),
+        )
+    Py_DecRef(plan)
+    return made
+
 def entry(state, given, count, keywords):
-    bodies = found(word(state, PREPARED), given[0]) if keywords == 0 and 4 <= count <= 6 else 0
-    scene = found(bodies, word(state, WHOLE)) if bodies != 0 else 0
+    plans = found(word(state, PREPARED), given[0]) if keywords == 0 and 4 <= count <= 12 else 0
+    if plans != 0 and count > 6:
+        made = points_of_shapes(state, plans, given, count)
+        if made != 0:
+            return made
+    scene = found(plans, word(state, WHOLE)) if plans != 0 and count <= 6 else 0
     if scene != 0:
         Py_IncRef(scene)
-        made = points(state, bodies, scene, given, count)
+        made = points(state, plans, scene, given, count)
         Py_DecRef(scene)
         if made != 0:
             return made
