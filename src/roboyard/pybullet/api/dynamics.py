@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 _IGNORED = (
     *("ccdSweptSphereRadius", "contactProcessingThreshold", "activationState", "jointLimitForce"),
-    "sleepThreshold",
+    *("sleepThreshold", "anisotropicFriction"),
 )
 """Arguments that change nothing here."""
 
@@ -457,8 +457,11 @@ def _change_velocity_limit(client: Client, body: int, link: int, largest: float)
 
 
 def _set_velocity_limits(scene: PhysicsScene, record: BodyRecord, largest: float) -> None:
-    for joint in range(record.joint_count):
-        scene.world.stepping.set_velocity_limit(record.body.id, joint, largest)
+    if largest == record.velocity_limit:
+        prepare_equal(record, -1, "maxJointVelocity", record, "velocity_limit")
+        return
+    record.velocity_limit = float(largest)
+    scene.world.stepping.set_velocity_limit(record.body.id, record.velocity_limit)
 
 
 _RANKS = {
@@ -512,7 +515,8 @@ START.later(
         replace_properties,
         COMMAND,
         CHANGES,
-        lengths={"contactStiffness": PAIR, "jointLowerLimit": SIGNED_PAIR, "localInertiaDiagonal": 3},
+        lengths={"contactStiffness": PAIR, "jointLowerLimit": SIGNED_PAIR}
+        | {"localInertiaDiagonal": 3, "anisotropicFriction": 3},
         kind=KIND,
         ignored=_IGNORED,
         ranks=_RANKS,

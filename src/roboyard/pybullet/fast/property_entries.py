@@ -23,7 +23,7 @@ from roboyard.description.mass_properties import LEAST_RATIO, MIN_INERTIA
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, NUMBER, PLAIN, TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
-from roboyard.pybullet.fast.pairs import PAIR, SIGNED
+from roboyard.pybullet.fast.pairs import PAIR, SIGNED, SIGNED_PAIR
 
 IGNORED = "ignored"
 """In place of a function: the argument changes nothing."""
@@ -143,6 +143,18 @@ def has_numbers(state, values, length):
     return total - total == 0.0
 
 @part
+def second_of(state, given, count, place, at):
+    return given[place + 1] if place + 1 < count else word(word(state, DEFAULTS), at + 1)
+
+@part
+def is_given(state, given, count, place, at):
+    defaults = word(state, DEFAULTS)
+    if given[place] != word(defaults, at):
+        return True
+    is_pair = PyLong_AsLongLong(word(word(state, LENGTHS), at)) == {SIGNED_PAIR}
+    return is_pair and second_of(state, given, count, place, at) != word(defaults, at + 1)
+
+@part
 def fits_change(state, given, count, place, first):
     at, value = ITEMS + place - first, given[place]
     if word(word(state, CHANGES), at) == word(state, NONE):
@@ -154,10 +166,11 @@ def fits_change(state, given, count, place, first):
     if length == {SIGNED}:
         return abs(found) < 1e32 and found != single(state, word(word(state, DEFAULTS), at))
     if length < 0:
-        if place + 1 >= count or given[place + 1] == word(word(state, DEFAULTS), at + 1):
+        second = second_of(state, given, count, place, at)
+        if length == {PAIR} and second == word(word(state, DEFAULTS), at + 1):
             return False
         least = 0.0 if length == {PAIR} else -np.inf
-        second = single(state, given[place + 1])
+        second = single(state, second)
         if not second >= least or second - second != 0.0:
             return False
     return found >= least and found - found == 0.0
@@ -170,10 +183,10 @@ def accepts(state, given, count, first):
     place = first
     while place < count:
         at = ITEMS + place - first
-        is_given = given[place] != word(word(state, DEFAULTS), at)
-        if is_given and not fits_change(state, given, count, place, first):
+        is_here = is_given(state, given, count, place, at)
+        if is_here and not fits_change(state, given, count, place, first):
             return False
-        is_pair = is_given and PyLong_AsLongLong(word(word(state, LENGTHS), at)) < {SIGNED}
+        is_pair = is_here and PyLong_AsLongLong(word(word(state, LENGTHS), at)) < {SIGNED}
         place += 2 if is_pair else 1
     return True
 
@@ -204,8 +217,8 @@ def request_of(state, given):
 @part
 def places_of(state, given, place, first):
     at = ITEMS + place - first
-    is_given = given[place] != word(word(state, DEFAULTS), at)
-    return word(word(state, REQUEST_PLACES), at) if is_given else word(state, NONE)
+    is_default = given[place] == word(word(state, DEFAULTS), at)
+    return word(state, NONE) if is_default else word(word(state, REQUEST_PLACES), at)
 
 @part
 def can_be_requested(state, given, count, first):
@@ -412,8 +425,9 @@ def entry(state, given, count, keywords):
     while place < count:
         at = ITEMS + place - first
         change, value = word(word(state, CHANGES), at), given[place]
+        is_here = is_given(state, given, count, place, at)
         place += 1
-        if value == word(word(state, DEFAULTS), at) or change == word(state, IGNORED):
+        if not is_here or change == word(state, IGNORED):
             continue
         length = PyLong_AsLongLong(word(word(state, LENGTHS), at))
         length = 0 if length == {SIGNED} else length
@@ -424,9 +438,11 @@ def entry(state, given, count, keywords):
         if length < 0:
             Py_DecRef(value)
             value, length = PyTuple_New(2), 2
-            for k in range(2):
-                Py_IncRef(given[place - 1 + k])
-                PyTuple_SetItem(value, k, given[place - 1 + k])
+            Py_IncRef(given[place - 1])
+            PyTuple_SetItem(value, 0, given[place - 1])
+            second = second_of(state, given, count, place - 1, at)
+            Py_IncRef(second)
+            PyTuple_SetItem(value, 1, second)
             place += 1
         if not is_done(state, passed, first, at, record, value, length):
             if length > 0:
