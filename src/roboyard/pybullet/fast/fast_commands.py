@@ -244,9 +244,18 @@ def forget_write(
         prepare_write(name, argument, prepared, kind, places, None)
 
 
+def replace_appearance() -> None:
+    """Replace changeVisualShape and resetVisualShapeData."""
+    from roboyard.pybullet.fast.appearance_entries import APPEARANCE, AppearanceState
+
+    for name in ("changeVisualShape", "resetVisualShapeData"):
+        replace(name, APPEARANCE, AppearanceState(COMMANDS[name].function))
+
+
 def replace_lines() -> None:
-    """Replace addUserDebugLine, addUserDebugText, addUserDebugPoints and removeUserDebugItem."""
-    from roboyard.pybullet.fast.item_entries import LINE, POINTS, REMOVAL, TEXT, ItemState, RemovalState
+    """Replace what adds and removes debug drawings and sliders."""
+    from roboyard.pybullet.fast.item_entries import LINE, POINTS, REMOVAL, SLIDER, TEXT
+    from roboyard.pybullet.fast.item_entries import ItemState, RemovalState, SliderState
     from roboyard.pybullet.state.debug_items import clock
 
     for name, front, place in (
@@ -257,6 +266,9 @@ def replace_lines() -> None:
         function = COMMANDS[name].function
         defaults: Any = function.__defaults__
         replace(name, front, ItemState(function, clock, defaults[place]))
+    name = "addUserDebugParameter"
+    function = COMMANDS[name].function
+    replace(name, SLIDER, SliderState(function, function.__defaults__ or ()))
     replace("removeUserDebugItem", REMOVAL, RemovalState(COMMANDS["removeUserDebugItem"].function))
 
 

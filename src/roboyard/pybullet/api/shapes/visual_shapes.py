@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from posixpath import dirname, join, normpath
@@ -39,7 +39,7 @@ from roboyard.pybullet.face.arguments import (
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.fast.fast_commands import replace_properties, replace_settings
+from roboyard.pybullet.fast.fast_commands import replace_appearance, replace_settings
 from roboyard.pybullet.state.file_search import find_file
 from roboyard.transforms import conjugate, multiply, rotate
 
@@ -249,7 +249,8 @@ def changeVisualShape(
         rgba = record.colors[linkIndex + 1] = quaternion(rgbaColor, "Error resetting visual shape info")
     fields: dict[str, Any] = {}
     if specularColor is not None and vector3_or(specularColor, _NOWHERE) is not _NOWHERE:
-        fields["specular"] = sum(vector3(specularColor, "")) / 3.0
+        r, g, b = vector3(specularColor, "")
+        fields["specular"] = (r + g + b) / 3.0
     if whole(textureUniqueId) >= -1:
         fields["texture"] = scene.textures.image(textureUniqueId, scene.world)
     if rgba is not None and whole(shapeIndex) >= -1:
@@ -448,39 +449,4 @@ def _change(client: Client, record: BodyRecord, link: int, shape: int, fields: d
 
 
 START.later(partial(replace_settings, "setDebugObjectColor"))
-
-
-def _change_color(client: Client, body: int, link: int, rgba: tuple[float, float, float, float]) -> None:
-    """Change the colour of all shapes of a link."""
-    scene = client.scene
-    record = scene.bodies.get(body)
-    if record is not None and -1 <= link < record.joint_count:
-        record.colors[link + 1] = rgba
-        scene.world.render_shapes.change_later(record.body, link + 1, -1, "rgba", rgba)
-
-
-def _change_specular(client: Client, body: int, link: int, rgb: tuple[float, float, float]) -> None:
-    """Change the specular colour of all shapes of a link."""
-    scene = client.scene
-    record = scene.bodies.get(body)
-    if record is not None and -1 <= link < record.joint_count:
-        scene.world.render_shapes.change_later(record.body, link + 1, -1, "specular", sum(rgb) / 3.0)
-
-
-def _change_texture(client: Client, body: int, link: int, texture: int) -> None:
-    """Change the texture of all shapes of a link."""
-    scene = client.scene
-    record = scene.bodies.get(body)
-    if record is not None and -1 <= link < record.joint_count:
-        image = scene.textures.image(whole(texture), scene.world)
-        scene.world.render_shapes.change_later(record.body, link + 1, -1, "texture", image)
-
-
-CHANGES: Mapping[str, Any] = {
-    "rgbaColor": _change_color,
-    "specularColor": _change_specular,
-    "textureUniqueId": _change_texture,
-}
-"""Arguments of changeVisualShape that change one property, to what does so where only such ones are given."""
-_LENGTHS = {"rgbaColor": 4, "specularColor": 3}
-START.later(partial(replace_properties, "changeVisualShape", CHANGES, _LENGTHS))
+START.later(replace_appearance)
