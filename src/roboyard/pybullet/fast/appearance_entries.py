@@ -124,7 +124,8 @@ def is_changed(state, scene, record, given, count):
     body = attribute(record, word(state, BODY))
     shapes = attribute(attribute(scene, word(state, WORLD)), word(state, SHAPES))
     shape = given[GIVEN_SHAPE] if count > GIVEN_SHAPE else word(state, WHOLE)
-    color, specular = argument(state, given, count, GIVEN_COLOR), argument(state, given, count, GIVEN_SPECULAR)
+    color = argument(state, given, count, GIVEN_COLOR)
+    specular = argument(state, given, count, GIVEN_SPECULAR)
     if color != word(state, NONE):
         made, place = color_of(state, color), PyLong_FromLongLong(link + 1)
         PyDict_SetItem(attribute(record, word(state, COLORS)), place, made)

@@ -254,8 +254,16 @@ def replace_appearance() -> None:
 
 def replace_lines() -> None:
     """Replace what adds and removes debug drawings and sliders."""
-    from roboyard.pybullet.fast.item_entries import LINE, POINTS, REMOVAL, SLIDER, TEXT
-    from roboyard.pybullet.fast.item_entries import ItemState, RemovalState, SliderState
+    from roboyard.pybullet.fast.item_entries import (
+        LINE,
+        POINTS,
+        REMOVAL,
+        SLIDER,
+        TEXT,
+        ItemState,
+        RemovalState,
+        SliderState,
+    )
     from roboyard.pybullet.state.debug_items import clock
 
     for name, front, place in (

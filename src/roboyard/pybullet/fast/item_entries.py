@@ -1,7 +1,7 @@
 """Debug drawings as machine code; see `fast_entries`.
 
-Lines, texts, points and sliders of numbers are stored as plain tuples, which `DebugItems` knows. Anything else
-goes to the Python functions.
+Lines, texts, points and sliders of numbers are stored as plain tuples, which `DebugItems` knows. Anything
+else goes to the Python functions.
 """
 
 from __future__ import annotations
