@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache, partial
 from posixpath import dirname, join, normpath
 from typing import TYPE_CHECKING, Any
@@ -408,16 +407,16 @@ def _visual(
         if path is None:
             return None
         geometry: Geometry = Mesh(uri=file_name, path=path, scale=vector3_or(mesh_scale, _UNIT))
+    elif kind == c.GEOM_MESH and vertices is not None and len(vertices):
+        from roboyard.pybullet.api.shapes.memory_meshes import mesh_of
+
+        data = mesh_of(vertices, indices, normals, uvs)
+        geometry = Mesh(uri="", path=None, scale=vector3_or(mesh_scale, _UNIT), data=data)
     else:
         geometry = plain_geometry(
             *(client, kind, radius, half_extents, length, file_name, mesh_scale, normal),
             *(vertices, indices, message),
         )
-    if isinstance(geometry, Mesh) and geometry.data is not None:
-        from roboyard.pybullet.api.shapes.memory_meshes import mesh_of
-
-        assert vertices is not None
-        geometry = replace(geometry, data=mesh_of(vertices, indices, normals, uvs))
     made = Visual(
         geometry=geometry,
         origin=pose_of(position, orientation),
