@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.errors import RoboyardError
-from roboyard.native import Kernel
+from roboyard.native import loaded
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import (
     Quaternion,
@@ -312,9 +312,7 @@ def _prepare(world: World, record: ConstraintRecord) -> None:
     model = world.live_model
     rows = StepRows(world.live_data, model.nv, is_sparse=bool(mujoco.mj_isSparse(model)))
     rule = {c.JOINT_PRISMATIC: SLIDE, c.JOINT_POINT2POINT: POINT}.get(record.kind, PLAIN)
-    out, loop = np.zeros(ROWS[record.kind]), constraint_efforts
-    if isinstance(loop, Kernel):
-        loop = loop.load()
+    out, loop = np.zeros(ROWS[record.kind]), loaded(constraint_efforts)
     blocks = rows.rows.ids, rows.rows.force
     arguments = *rows.search, *blocks, made.element.id, rule, out
     known[record.number] = loop, arguments, out, rows
