@@ -11,4 +11,14 @@ from roboyard.native.c_functions import c_function
 from roboyard.native.kernels import Kernel, can_call, compiled, lazy_loop, loaded
 from roboyard.native.signatures import Bundle, Record, record
 
-__all__ = ["Bundle", "Kernel", "Record", "c_function", "can_call", "compiled", "lazy_loop", "loaded", "record"]
+__all__ = [
+    "Bundle",
+    "Kernel",
+    "Record",
+    "c_function",
+    "can_call",
+    "compiled",
+    "lazy_loop",
+    "loaded",
+    "record",
+]

@@ -253,6 +253,8 @@ def _set_mass(
         scene.set_damping(record, record.linear_damping, record.angular_damping)
     if was_massless or state.mass == 0.0 or turned == never_turns(state.moments):
         forget_body(record)
+    if was_massless or state.mass == 0.0:
+        return  # such changes need more than numbers
     if by_shape:
         prepare_mass(record, link)
     else:
