@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from math import nan
 from typing import TYPE_CHECKING, Any
 
@@ -512,9 +511,11 @@ CHANGES: Mapping[str, Any] = {
     "jointLowerLimit": _change_limits,
 }
 """Arguments of changeDynamics that change one property, to what does so where only such ones are given."""
-START.later(
-    partial(
-        replace_properties,
+
+
+def replace_changes() -> None:
+    """Let machine code change dynamics."""
+    replace_properties(
         COMMAND,
         CHANGES,
         lengths={"contactStiffness": PAIR, "jointLowerLimit": SIGNED_PAIR}
@@ -523,5 +524,7 @@ START.later(
         ignored=_IGNORED,
         ranks=_RANKS,
     )
-)
+
+
+START.later(replace_changes)
 START.later(replace_dynamics_info)
