@@ -88,7 +88,8 @@ class CompiledWorld(WorldSpec[BodyT]):
             self._reference = mujoco.MjData(self._model)
         mujoco.mj_setConst(self._model, self._reference)
         if self._model.nv:
-            self._model.stat.meaninertia = self._model.dof_M0.mean()  # as a compilation does
+            total = np.add.reduce(self._model.dof_M0)
+            self._model.stat.meaninertia = total / self._model.nv  # as a compilation does
         self.pool.update_inertia()
         bound_inverse_weights(self._model)
 

@@ -19,8 +19,8 @@ from roboyard.pybullet.state.contacts import ANY_LINK, Point, contacts_between, 
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.fast.closest_copies import ClosestCopies, Key
-    from roboyard.pybullet.fast.closest_search import ClosestSearch
+    from roboyard.pybullet.fast.closest.copies import ClosestCopies, Key
+    from roboyard.pybullet.fast.closest.search import ClosestSearch
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.pybullet.state.query_shapes import Geoms, QuerySide
     from roboyard.sim.world import World
@@ -99,7 +99,7 @@ def getClosestPoints(
             return _closest_points(scene, scene.world, first.places, second.places, limit)
         found = search.points(first, second, limit)
         if is_machine_code("getClosestPoints"):
-            from roboyard.pybullet.fast.closest_entries import prepare
+            from roboyard.pybullet.fast.closest.entries import prepare
 
             prepare(search, ((whole(linkIndexA), first), (whole(linkIndexB), second)))
         return found
@@ -116,6 +116,8 @@ def getClosestPoints(
     if found is None and copies.plan(key, _shapes_of(scene, key)):
         found = copies.points(key, poses, limit)
     if found is not None:
+        if is_machine_code("getClosestPoints"):
+            copies.prepare(key)
         return found
     from roboyard.pybullet.state.query_shapes import QuerySide
 
@@ -202,7 +204,7 @@ def _placed(
 
 def _make_copies(scene: PhysicsScene) -> ClosestCopies:
     """Return the copies of shapes and bodies that are used again, which the scene keeps."""
-    from roboyard.pybullet.fast.closest_copies import ClosestCopies
+    from roboyard.pybullet.fast.closest.copies import ClosestCopies
 
     copies = scene.shapes.query_shapes.copies = ClosestCopies(scene)
     return copies
@@ -221,7 +223,7 @@ def _search(scene: PhysicsScene) -> ClosestSearch | None:
         return None
     known = world.of_arrays
     if _SEARCH not in known:
-        from roboyard.pybullet.fast.closest_search import closest_search
+        from roboyard.pybullet.fast.closest.search import closest_search
 
         known[_SEARCH] = closest_search(scene)
     found: ClosestSearch | None = known[_SEARCH]

@@ -202,6 +202,8 @@ class BodyRecord:
         self.collision_rows: dict[int, tuple[tuple[Any, ...], ...]] = {}
         """The fields of getCollisionShapeData by link, once they were asked for."""
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
+        self.velocity_limit: float | None = None
+        """Largest velocity of the joints set by a script (rad/s or m/s)."""
         self.chains: dict[tuple[int, ...], ChainArrays] = {}
         """Kinematic chains for inverse kinematics, by the links that have targets."""
         self.chain_places: Any = None

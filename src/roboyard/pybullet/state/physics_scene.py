@@ -83,6 +83,8 @@ class PhysicsScene:
         self.constraint_ids = Counter(1)
         self.requested: dict[int, ConstraintRequest] = {}
         """Constraints of machine code that are not built yet, by id; one that is removed before never is."""
+        self.constraint_order: list[int] = []
+        """Ids of all constraints, in the order of getConstraintUniqueId."""
         self.world.constraints.before_entering = self.build_requested
         self.world.constraints.before_reuse = self._keep_wrenches
         self.states: dict[int, Any] = {}
@@ -278,10 +280,11 @@ class PhysicsScene:
         self.last_step.remove_body(number)
         if record.motor_commands is not None:
             self.pending_commands.discard(record.motor_commands)
-        for key in [key for key, held in self._constraints.items() if held.involves(number)]:
-            del self._constraints[key]
-        for key in [key for key, request in self.requested.items() if number in (request[0], request[2])]:
-            del self.requested[key]
+        lost = {key for key, held in self._constraints.items() if held.involves(number)}
+        lost.update(key for key, request in self.requested.items() if number in (request[0], request[2]))
+        for key in [key for key in reversed(self.constraint_order) if key in lost]:
+            del (self.requested if key in self.requested else self._constraints)[key]
+            drop_from_order(self.constraint_order, key)
         self.textures.remove_body(record, self.world)
         self.new_bodies.pop(number, None)
         self.world.remove(record.body)
@@ -395,11 +398,6 @@ class PhysicsScene:
             self.build_requested()
         return self._constraints
 
-    @property
-    def constraint_numbers(self) -> list[int]:
-        """Ids of all constraints, in the order they were created; those that are only requested come last."""
-        return [*self._constraints, *self.requested]
-
     def build_requested(self) -> None:
         """Build the constraints that were only requested."""
         if not self.requested:
@@ -433,8 +431,13 @@ class PhysicsScene:
             self.build_requested()
         self._applied_revision = p.revision
         self.world.gravity = p.gravity
-        if p.time_step > 0:
-            self.world.timestep = p.time_step / max(1, p.sub_steps)
+        timestep = p.time_step / max(1, p.sub_steps)
+        if p.time_step > 0 and timestep != self.world.timestep:
+            self.world.timestep = timestep
+            if self._constraints:
+                from roboyard.pybullet.state.constraint_building import bound_again
+
+                bound_again(self, self._constraints.values())
         solver, profile = self.world.stepping.in_turn, self.world.profile
         if profile.motor_rounds:
             rounds = 0 if p.others.get(SOLVER) == DANTZIG else max(p.iterations, 1)

@@ -86,7 +86,7 @@ class Stepping:
         """Whether the drag of this step was added to external forces."""
         self._accelerations = np.zeros(0)
         """Room for those of a step's rows."""
-        self._velocity_limits: dict[tuple[int, int], float] = {}
+        self._velocity_limits: dict[int, float] = {}
         self._compiled: tuple[Any, ...] | None = None
         """MuJoCo's options, a step's rows, velocities, accelerations, bounds on velocities, if any, and
         whether there are actuators and height fields."""
@@ -150,14 +150,14 @@ class Stepping:
 
     def forget(self, body_id: int) -> None:
         """Remove the velocity limits and long axes of a body that is removed."""
-        self._velocity_limits = {k: v for k, v in self._velocity_limits.items() if k[0] != body_id}
+        self._velocity_limits.pop(body_id, None)
         world = self._world
         if world.long_axes:
             world.long_axes = {k: v for k, v in world.long_axes.items() if k[0] != body_id}
 
-    def set_velocity_limit(self, body_id: int, joint_index: int, largest: float) -> None:
-        """Bound a joint's velocity (rad/s or m/s) instead of the world's profile."""
-        self._velocity_limits[(body_id, joint_index)] = largest
+    def set_velocity_limit(self, body_id: int, largest: float) -> None:
+        """Bound the velocities of a body's joints (rad/s or m/s) instead of the world's profile."""
+        self._velocity_limits[body_id] = largest
         self._compiled = self.forces.found = None
 
     def next_step(self, model: Any, data: Any) -> None:
@@ -697,8 +697,9 @@ class Stepping:
 
     def _gather_limits(self, model: Any, usual: float) -> np.ndarray:
         limits = np.full(model.nv, usual)
-        for (body_id, joint_index), largest in self._velocity_limits.items():
-            limits[self._world.body_by_id[body_id].joints[joint_index].dof_slice] = largest
+        for body_id, largest in self._velocity_limits.items():
+            for joint in self._world.body_by_id[body_id].joints:
+                limits[joint.dof_slice] = largest
         return limits
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from roboyard._records import NamedTuple
+from roboyard.native import loaded
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
@@ -214,7 +215,7 @@ def prepare(scene: PhysicsScene, logs: LogSet) -> None:
         (scene.requested, scene.spring_dampers, scene.last_step.filtered, logs.recorders),
         (world.before_step, world.after_step),
         *(scene.pending_commands, scene.flush_motors),
-        *(step.find, step.found, step.execute, step.executed),
+        *(loaded(step.find), step.found, loaded(step.execute), step.executed),
         *(step.integrate, (world.live_model, data), scene.end_step, RAISED, world.heed_warning),
         *(parameters, parameters.revision, world.wrenches, data.xfrc_applied.fill, data.qfrc_applied.fill),
         *(vars(world), vars(scene)),

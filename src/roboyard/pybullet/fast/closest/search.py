@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.native import can_call
-from roboyard.pybullet.fast import closest_kernels as kernels
+from roboyard.pybullet.fast.closest import kernels
 from roboyard.sim.mujoco_library import mujoco_library
 
 if TYPE_CHECKING:
