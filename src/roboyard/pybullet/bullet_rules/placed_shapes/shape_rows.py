@@ -89,10 +89,9 @@ class ShapeRows:
             placed, plain = list[tuple[PlacedShapes, np.ndarray]](), list[PlainPlace]()
             reaches = list[tuple[Any, Sequence[float]]]()
             for record in records:
-                rows, shape = record.body.mujoco_ids, record.plain_shape()
-                geoms = record.body.geom_rows
-                if shape is not None and len(geoms[0]) == 1:
-                    plain.append(PlainPlace(shape, record.bounds(-1)[1], geoms[0][0], int(rows[0])))
+                rows, place = record.body.mujoco_ids, _plain_place(record)
+                if place is not None:
+                    plain.append(place)
                     continue
                 concave, has_cylinders = record.of_model("margins", special_margins)
                 if has_cylinders:
@@ -113,36 +112,80 @@ class ShapeRows:
     def _update(self, world: World, model: Any, records: Mapping[int, Any]) -> bool:
         """Write the rows of bodies that came or went; return whether all were, which new hulls prevent."""
         placed = self._placed
-        gone = [key for key in placed if key not in records]
-        come = [key for key in records if key not in placed]
-        forms = [placed[key].forms(model) for key in gone], [records[key].forms(model) for key in come]
+        gone = [(key, record, _plain_place(record)) for key, record in placed.items() if key not in records]
+        come = [(key, record, _plain_place(record)) for key, record in records.items() if key not in placed]
+        forms = [None if place is not None else record.forms(model) for _, record, place in come]
         hulls = self._hulls
-        if any(len(hull) and id(hull) not in hulls for form in forms[1] for hull in form.hulls):
+        if any(form is not None and _has_new(form, hulls) for form in forms):
             return False
         if self._key is not None:  # no longer the numbers of that set of bodies
             world.of_arrays.get(_SHAPES, {}).pop(self._key, None)
             self._key = None
-        margins, reaches, shapes = self._numbers
-        for key, form in zip(gone, forms[0], strict=True):
-            rows = form.rows
-            margins[rows], reaches[rows] = margins_of_rows(model, form.geoms, has_cylinders=False), np.inf
-            shapes.boxes[rows], shapes.parts[rows] = ENDLESS_BOX, ENDLESS_COVER
-            shapes.covers[placed[key].body.mujoco_ids] = ENDLESS_COVER
-            shapes.rounding[rows] = shapes.compound[rows] = shapes.spans[rows] = 0
+        for key, record, place in gone:
+            if place is not None:
+                self._forget(place.geom, place.body, 0.0)
+            else:
+                form = record.forms(model)
+                margins = margins_of_rows(model, form.geoms, has_cylinders=False)
+                self._forget(form.rows, record.body.mujoco_ids, margins)
             del placed[key]
-        for key, form in zip(come, forms[1], strict=True):
-            rows, record = form.rows, records[key]
-            has_cylinders = record.of_model("margins", special_margins)[1]
-            margins[rows] = margins_of_rows(model, form.geoms, has_cylinders=has_cylinders)
-            reaches[rows] = _of_geoms(record.reaches(), record.body.geom_rows)
-            shapes.boxes[rows], shapes.parts[rows] = form.boxes, form.parts
-            shapes.covers[record.body.mujoco_ids] = form.covers
-            shapes.rounding[rows], shapes.compound[rows] = form.rounding, form.compound
-            shapes.spans[rows] = 0
-            if form.has_hulls:
-                shapes.spans[form.geoms] = [_span(hull, hulls) for hull in form.hulls]
+        for (key, record, place), form in zip(come, forms, strict=True):
+            if place is not None:
+                self._write_plain(place)
+            elif form is not None:
+                self._write(model, record, form)
             placed[key] = record
         return True
+
+    def _forget(self, geoms: Any, bodies: Any, margins: Any) -> None:
+        """Write the rows of shapes of no body.
+
+        Args:
+            geoms: places of the shapes.
+            bodies: rows of their links among MuJoCo's bodies.
+            margins: of the shapes (m).
+        """
+        of_geoms, reaches, shapes = self._numbers
+        of_geoms[geoms], reaches[geoms] = margins, np.inf
+        shapes.boxes[geoms], shapes.parts[geoms] = ENDLESS_BOX, ENDLESS_COVER
+        shapes.covers[bodies] = ENDLESS_COVER
+        shapes.rounding[geoms] = shapes.compound[geoms] = shapes.spans[geoms] = 0
+
+    def _write_plain(self, place: PlainPlace) -> None:
+        """Write the rows of a body of one plain shape."""
+        margins, reaches, shapes = self._numbers
+        geom, shape = place.geom, place.shape
+        (shapes.boxes[geom],), (cover,) = boxes_of([shape])
+        shapes.parts[geom] = shapes.covers[place.body] = cover
+        margins[geom], reaches[geom], shapes.rounding[geom] = 0.0, shape.reach, shape.rounding(place.margin)
+        shapes.compound[geom] = shapes.spans[geom] = 0
+
+    def _write(self, model: Any, record: Any, form: PlacedShapes) -> None:
+        """Write the rows of a body, whose shapes are given."""
+        margins, reaches, shapes = self._numbers
+        rows, hulls = form.rows, self._hulls
+        has_cylinders = record.of_model("margins", special_margins)[1]
+        margins[rows] = margins_of_rows(model, form.geoms, has_cylinders=has_cylinders)
+        reaches[rows] = _of_geoms(record.reaches(), record.body.geom_rows)
+        shapes.boxes[rows], shapes.parts[rows] = form.boxes, form.parts
+        shapes.covers[record.body.mujoco_ids] = form.covers
+        shapes.rounding[rows], shapes.compound[rows] = form.rounding, form.compound
+        shapes.spans[rows] = 0
+        if form.has_hulls:
+            shapes.spans[form.geoms] = [_span(hull, hulls) for hull in form.hulls]
+
+
+def _plain_place(record: Any) -> PlainPlace | None:
+    """Return where a body of one plain shape is; None for any other."""
+    shape, geoms = record.plain_shape(), record.body.geom_rows
+    if shape is None or len(geoms[0]) != 1:
+        return None
+    return PlainPlace(shape, record.bounds(-1)[1], geoms[0][0], int(record.body.mujoco_ids[0]))
+
+
+def _has_new(form: PlacedShapes, hulls: Hulls) -> bool:
+    """Return whether any hull of a body is not among these."""
+    return any(len(hull) and id(hull) not in hulls for hull in form.hulls)
 
 
 def shape_forms(
