@@ -345,7 +345,8 @@ def is_written(state, write, value, length):
     Py_DecRef(made)
     marks = word(write, MARKS)
     for k in range(word(marks, SIZE)):
-        PyObject_SetAttr(word(write, MARKED), word(marks, ITEMS + k), word(write, TRUE))
+        if attribute(word(write, MARKED), word(marks, ITEMS + k)) != word(write, TRUE):
+            PyObject_SetAttr(word(write, MARKED), word(marks, ITEMS + k), word(write, TRUE))
     if word(write, LATE) != word(state, NONE):
         PyDict_SetItem(word(write, LATE), word(write, KEY), word(write, WORTH))
     return True
