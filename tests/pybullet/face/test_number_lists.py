@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import roboyard.pybullet as p
 from roboyard.native.objects import arrays_have_the_known_layout
@@ -95,8 +94,8 @@ def test_lists_are_not_kept() -> None:
 )
 def test_textures_are_those_of_numpy(pixels: Any, tmp_path: Path) -> None:
     p.connect(p.DIRECT)
-    Image.new("RGB", (4, 4)).save(tmp_path / "image.png")
-    texture = p.loadTexture(str(tmp_path / "image.png"))
+    (tmp_path / "image.ppm").write_bytes(b"P6 1 1 255\n" + bytes(3))
+    texture = p.loadTexture(str(tmp_path / "image.ppm"))
     p.changeTexture(texture, pixels, 2, 2)
     client: Any = CLIENTS[0]
     image = client.scene.textures.image(texture, client.scene.world)
