@@ -14,7 +14,7 @@ from roboyard.pybullet.api import constraints
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.entries import FRONT
-from roboyard.pybullet.fast import fast_commands
+from roboyard.pybullet.fast import fast_commands, property_entries
 from roboyard.pybullet.fast.constraints import creation, reads
 from roboyard.pybullet_data import getDataPath
 
@@ -48,7 +48,8 @@ REFUSED = [
 @pytest.fixture(autouse=True)
 def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert FRONT.address()
-    assert all(f.address() for f in (creation.CREATION, creation.REMOVAL, reads.STATE, reads.INFO))
+    fronts = creation.CREATION, creation.REMOVAL, reads.STATE, reads.INFO, reads.COUNT, reads.NUMBER
+    assert all(front.address() for front in (*fronts, property_entries.PROPERTIES))
     monkeypatch.setattr(fast_commands, "FEW", 0)
     direct_calls.START.enter()
     fast_commands.replace_constraints()

@@ -106,12 +106,14 @@ class Properties(NamedTuple):
     """Attribute of the scene with lists by the first integer, of what has no record yet."""
     request_places: tuple[tuple[int, ...], ...] = ()
     """By optional argument: which elements of such a list become its value."""
+    signed_pair: int = SIGNED_PAIR
+    """Which is the same object in `lengths`, as all small numbers are."""
 
 
 _SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
-NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED, RANKS, BASE, REQUESTS, REQUEST_PLACES = range(11, 21)
+NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED, RANKS, BASE, REQUESTS, REQUEST_PLACES, PAIRED = range(11, 22)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
 MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES, TURNS, IS_INERTIA = range(11, 22)
 {parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE, NUMBER, ITEM, HAS_LENGTH)}
@@ -151,7 +153,7 @@ def is_given(state, given, count, place, at):
     defaults = word(state, DEFAULTS)
     if given[place] != word(defaults, at):
         return True
-    is_pair = PyLong_AsLongLong(word(word(state, LENGTHS), at)) == {SIGNED_PAIR}
+    is_pair = word(word(state, LENGTHS), at) == word(state, PAIRED)
     return is_pair and second_of(state, given, count, place, at) != word(defaults, at + 1)
 
 @part
@@ -345,7 +347,8 @@ def is_written(state, write, value, length):
     Py_DecRef(made)
     marks = word(write, MARKS)
     for k in range(word(marks, SIZE)):
-        PyObject_SetAttr(word(write, MARKED), word(marks, ITEMS + k), word(write, TRUE))
+        if attribute(word(write, MARKED), word(marks, ITEMS + k)) != word(write, TRUE):
+            PyObject_SetAttr(word(write, MARKED), word(marks, ITEMS + k), word(write, TRUE))
     if word(write, LATE) != word(state, NONE):
         PyDict_SetItem(word(write, LATE), word(write, KEY), word(write, WORTH))
     return True

@@ -125,6 +125,11 @@ def field(state, given, count, place):
     return value
 
 @part
+def mark(state, owner, name):
+    if attribute(owner, name) != word(state, TRUE):
+        PyObject_SetAttr(owner, name, word(state, TRUE))
+
+@part
 def request(state, given, count):
     size = GIVEN + word(word(state, REST), SIZE)
     made = PyList_New(size)
@@ -177,9 +182,9 @@ def entry(state, given, count, keywords):
     Py_DecRef(made)
     PyList_Append(attribute(scene, word(state, ORDER)), number)
     world = attribute(scene, word(state, WORLD))
-    PyObject_SetAttr(world, word(state, MOVED), word(state, TRUE))
-    PyObject_SetAttr(world, word(state, VELOCITY_MOVED), word(state, TRUE))
-    PyObject_SetAttr(scene, word(state, FRAMES), word(state, TRUE))
+    mark(state, world, word(state, MOVED))
+    mark(state, world, word(state, VELOCITY_MOVED))
+    mark(state, scene, word(state, FRAMES))
     return number
 """
 
