@@ -23,6 +23,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from other_calls import TABLES
+
 LOOPS = 3
 SECONDS = 0.05
 """Duration of one loop (s)."""
@@ -72,7 +74,7 @@ def measure(side: str, only: str) -> dict[str, float]:
     arm = p.loadURDF("kuka_iiwa/model.urdf", [2, 0, 0], useFixedBase=True)
     cube = p.loadURDF("cube_small.urdf", [1, 0, 1])
     p.stepSimulation()
-    for table in (transforms, getters, queries, commands, alternated, pairs, loops, planning):
+    for table in (transforms, getters, queries, commands, alternated, pairs, *TABLES, loops, planning):
         for name, call in table(p, robot, arm, cube).items():
             if re.search(only, name):
                 found[name] = cost(call)

@@ -28,7 +28,7 @@ WAYS: dict[str, tuple[str, tuple[str, ...]]] = {
             "sim/world.py",
             "sim/build/bodies.py",
             "sim/build/joints.py",
-            "sim/engine.py",
+            "sim/compiled_world.py",
             "sim/joint.py",
             "sim/actuation/drives.py",
             "sim/actuation/gains.py",

@@ -56,6 +56,12 @@ home().halve(values)
 home().halve(values)
 print(values.tolist(), "pair" in sys.modules, "numba" in sys.modules, home().halve.__name__)
 """
+ASK = """
+from pair import loops
+from roboyard.native import objects
+
+print(objects.is_stored(loops.halve.py_func, loops.halve.signature))
+"""
 RUN = """
 import sys
 
@@ -158,6 +164,16 @@ def test_a_loop_is_loaded_without_its_module_until_a_source_of_it_changes(tmp_pa
     os.utime(tmp_path / "pair" / "sizes.py", (0, 0))
     assert run(tmp_path, RUN_CLOSED) == "[0.0, 0.0625, 0.125] True False halve"
     assert run(tmp_path, RUN_CLOSED) == "[0.0, 0.0625, 0.125] False False halve"
+
+
+def test_a_loop_that_another_process_only_asked_for_is_loaded_without_its_module(tmp_path: Path) -> None:
+    package(tmp_path, CLOSED)
+    run(tmp_path, RUN_CLOSED)
+    (places,) = (tmp_path / "private" / "roboyard" / "places").iterdir()
+    places.unlink()
+    assert run(tmp_path, ASK) == "True"
+    assert run(tmp_path, RUN_CLOSED) == "[0.0, 0.25, 0.5] True False halve"
+    assert run(tmp_path, RUN_CLOSED) == "[0.0, 0.25, 0.5] False False halve"
 
 
 def test_loops_whose_constants_depend_on_more_than_sources_are_loaded_with_their_modules(

@@ -154,12 +154,45 @@ def test_constraints_are_listed_and_go_with_their_bodies(box: int) -> None:
     p.removeConstraint(first)
     p.removeConstraint(99)
     p.changeConstraint(99, maxForce=1)
-    assert [p.getConstraintUniqueId(i) for i in range(-1, 3)] == [-1, 2, 3, -1]
+    assert [p.getConstraintUniqueId(i) for i in range(-1, 3)] == [-1, 3, 2, -1]  # as in PyBullet
     p.removeBody(box)
     assert p.getNumConstraints() == 1
     _steps(3)
     p.resetSimulation()
     assert p.getNumConstraints() == 0
+
+
+def test_the_last_constraint_takes_the_place_of_one_that_is_removed(box: int) -> None:
+    """Orders of PyBullet 3.2.7."""
+    other = p.createMultiBody(1.0, basePosition=[3, 0, 1])
+    for body in (box, other, box, other, other, box):
+        p.createConstraint(body, -1, -1, -1, p.JOINT_POINT2POINT, [0, 0, 0], [0, 0, 0], [0, 0, 1])
+    p.removeConstraint(2)
+    assert [p.getConstraintUniqueId(i) for i in range(6)] == [1, 6, 3, 4, 5, -1]
+    p.removeBody(box)
+    assert [p.getConstraintUniqueId(i) for i in range(3)] == [5, 4, -1]
+
+
+def test_orientations_are_reported_as_they_were_given(box: int) -> None:
+    turns = [0, 0, 1, 1], [0, 0, 0, 0]
+    made = p.createConstraint(
+        box, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [1, 0, 1], *turns
+    )  # fmt: skip
+    assert p.getConstraintInfo(made)[8:10] == ((0.0, 0.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0))
+    p.changeConstraint(made, jointChildFrameOrientation=[0, 0, 2, 0])
+    assert p.getConstraintInfo(made)[9] == (0.0, 0.0, 2.0, 0.0)
+
+
+def test_a_bound_that_is_not_set_is_an_impulse_whatever_the_time_step(client: int) -> None:
+    """500 N s in a step take 50 m/s from 10 kg, which fall with Bullet's largest velocity, 100 m/s."""
+    p.setGravity(0, 0, -240000)
+    box = p.createMultiBody(10.0, basePosition=[0, 0, 1])
+    p.createConstraint(box, -1, -1, -1, p.JOINT_POINT2POINT, [0, 0, 0], [0, 0, 0], [0, 0, 1])
+    for time_step in (1 / 240, 1 / 480):
+        p.setTimeStep(time_step)
+        p.resetBasePositionAndOrientation(box, [0, 0, 1], [0, 0, 0, 1])
+        p.stepSimulation()
+        assert p.getBaseVelocity(box)[0] == pytest.approx((0, 0, -50), abs=1e-9)
 
 
 @pytest.mark.parametrize("unknown", [0, 7, -1])

@@ -11,7 +11,7 @@ import pytest
 from tests.pybullet.conftest import close_all
 
 import roboyard.pybullet as p
-from roboyard.pybullet.bullet_rules import shape_rows
+from roboyard.pybullet.bullet_rules.placed_shapes import shape_rows
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.sim import simulation
 from roboyard.sim.engine import Engine

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from roboyard import pybullet as p
-from roboyard.pybullet.bullet_rules.shape_rows import ShapeRows
+from roboyard.pybullet.bullet_rules.placed_shapes.shape_rows import ShapeRows
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.sim.stepping.broad_phase.box_tree import FIRST, LINK, ROOT, SECOND
 from roboyard.sim.stepping.impulses.records import (

@@ -24,7 +24,8 @@ ARRAYS = {
 def test_numpy_reads_what_is_written(tmp_path: Path, largest: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(saved_arrays, "_LARGEST", largest)
     file = tmp_path / "state.bullet"
-    saved_arrays.write_arrays(file, ARRAYS)
+    with file.open("wb") as opened:
+        saved_arrays.write_arrays(opened, ARRAYS)
     with zipfile.ZipFile(file) as archive:
         assert archive.testzip() is None
         assert archive.namelist() == [f"{name}.npy" for name in ARRAYS]

@@ -29,7 +29,13 @@ def test_boxes_hold_the_corners_of_links_where_their_body_was_made() -> None:
         leaves[5] = 2
         bounds = np.full((9, 6), 7.0)
         links = np.array([3, 5, 6, 8], np.int32)
-        write_first_boxes(links, boxes, np.concatenate([place, 3.0 * turn.as_quat()]), leaves, bounds)
+        write_first_boxes(
+            links,
+            boxes,
+            np.tile(np.concatenate([place, 3.0 * turn.as_quat()]), (len(links), 1)),
+            leaves,
+            bounds,
+        )
         for link, (middle, *edges, more) in ((3, boxes[0]), (8, boxes[3])):
             points = place + turn.apply(middle + corners @ np.array(edges))
             around = np.concatenate([points.min(axis=0) - more, points.max(axis=0) + more])

@@ -13,7 +13,7 @@ import pytest
 
 from roboyard.description.model import Inertial, Pose
 from roboyard.errors import ModelError, RoboyardError
-from roboyard.sim import World, engine
+from roboyard.sim import World, compiled_world
 from roboyard.sim.body import Body
 
 HINGE = """<mujoco><worldbody><body name="arm"><joint name="j" axis="0 1 0"/>
@@ -35,8 +35,8 @@ def heights(world: World) -> np.ndarray:
 
 @pytest.fixture
 def little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engine, "MEMORY_PER_GEOM", 1)
-    monkeypatch.setattr(engine, "MEMORY_LEAST", 300_000)
+    monkeypatch.setattr(compiled_world, "MEMORY_PER_GEOM", 1)
+    monkeypatch.setattr(compiled_world, "MEMORY_LEAST", 300_000)
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
@@ -52,8 +52,8 @@ def test_memory_grows_and_the_steps_are_those_of_a_world_with_enough(
         return world.time, heights(world)
 
     time, expected = run()
-    monkeypatch.setattr(engine, "MEMORY_PER_GEOM", 1)
-    monkeypatch.setattr(engine, "MEMORY_LEAST", 100_000)
+    monkeypatch.setattr(compiled_world, "MEMORY_PER_GEOM", 1)
+    monkeypatch.setattr(compiled_world, "MEMORY_LEAST", 100_000)
     grown_time, found = run()
     assert grown_time == pytest.approx(time, abs=1e-12)
     assert np.abs(found - expected).max() < 1e-6
@@ -63,7 +63,7 @@ def test_memory_grows_and_the_steps_are_those_of_a_world_with_enough(
 def test_a_world_without_memory_left_says_so_twice_and_goes_on_when_bodies_leave(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(engine, "MEMORY_MOST", 300_000)
+    monkeypatch.setattr(compiled_world, "MEMORY_MOST", 300_000)
     world = heap(30)
     before = heights(world)
     for _ in range(2):

@@ -8,7 +8,17 @@ becomes a builtin function of Python. Loops that use numba's threads or create a
 from __future__ import annotations
 
 from roboyard.native.c_functions import c_function
-from roboyard.native.kernels import Kernel, can_call, compiled, lazy_loop
+from roboyard.native.kernels import Kernel, can_call, compiled, lazy_loop, loaded
 from roboyard.native.signatures import Bundle, Record, record
 
-__all__ = ["Bundle", "Kernel", "Record", "c_function", "can_call", "compiled", "lazy_loop", "record"]
+__all__ = [
+    "Bundle",
+    "Kernel",
+    "Record",
+    "c_function",
+    "can_call",
+    "compiled",
+    "lazy_loop",
+    "loaded",
+    "record",
+]

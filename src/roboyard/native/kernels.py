@@ -128,6 +128,14 @@ class Kernel:
         return loaded
 
 
+def loaded(loop: Any) -> Any:
+    """Return the function that executes a loop, for callers that keep it; a loop that checks as it is."""
+    if not isinstance(loop, Kernel):
+        return loop
+    function = loop.load()
+    return loop if loop._checks else function
+
+
 def compiled(
     *parts: str | Record | Bundle,
     fast_math: bool = False,

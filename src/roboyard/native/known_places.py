@@ -101,6 +101,14 @@ class KnownPlaces:
             if image is not None:
                 self._add_closed(function, signature, path, image)
 
+    def add_image(self, function: FunctionType, signature: Any, image: StoredImage) -> None:
+        """Keep what is known of a loop's machine code beside path and name, which `find` has returned."""
+        key = _key(function, signature)
+        path, name, _, *sources = marshal.loads(self._known[key])  # noqa: S302 - the user's own
+        self._known[key] = marshal.dumps((path, name, image, *sources))
+        self._is_new = True
+        self._add_closed(function, signature, path, image)
+
     def find_closed(self, module: str, name: str) -> tuple[str, StoredImage] | None:
         """Return file and image of a loop by its module, which need not be imported; None if not known."""
         key = _closed_key(module, name)

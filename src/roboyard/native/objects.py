@@ -66,7 +66,11 @@ def address_of(function: FunctionType, signature: AnySignature) -> int:
         from roboyard.native.images import image_from_bytes
 
         image = image_from_bytes(content[len(_IMAGE) :])
-        known.add(function, signature, str(path), name, stored_image(image, _DIGEST + len(content)))
+        stored = stored_image(image, _DIGEST + len(content))
+        if known.find(function, signature) is not None:  # so that the compiler need not be loaded to know it
+            known.add_image(function, signature, stored)
+        else:
+            known.add(function, signature, str(path), name, stored)
         return load_image(image)
     return _load(content, name)
 

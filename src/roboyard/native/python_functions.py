@@ -33,6 +33,8 @@ PYTHON: dict[str, Any] = {
         "PyFunction_GetClosure": WORD(WORD),
         "PyList_Append": types.int32(WORD, WORD),
         "PyList_GetItem": WORD(WORD, WORD),
+        "PyList_New": WORD(WORD),
+        "PyList_SetItem": types.int32(WORD, WORD, WORD),
         "PyList_SetSlice": types.int32(WORD, WORD, WORD, WORD),
         "PyList_Size": WORD(WORD),
         "PyLong_AsLongLong": WORD(WORD),

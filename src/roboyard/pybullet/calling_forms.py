@@ -10,10 +10,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from roboyard._lazy import lazy_module
+from roboyard.pybullet.api.control import KP
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, whole
-from roboyard.pybullet.face.direct_calls import forget
+from roboyard.pybullet.face.direct_calls import DIRECT, START, forget
 from roboyard.pybullet.face.errors import failure
 
 matrices = lazy_module("roboyard.pybullet.api.math.camera_matrices")
@@ -22,12 +23,6 @@ Vector = Sequence[float]
 _POSE_NAMES = ("startPosX", "startPosY", "startPosZ", "startOrnX", "startOrnY", "startOrnZ", "startOrnW")
 _IMAGE_FORMS = (2, 4, 7, 8, 11)
 _BAD_MOTOR_CALL = "Error parsing arguments in setJointControl."
-_MOTOR_NAMES = ("targetPosition", "targetVelocity", "force", "positionGain", "velocityGain")
-_TARGETS = {
-    c.POSITION_CONTROL: "targetPosition",
-    c.VELOCITY_CONTROL: "targetVelocity",
-    c.TORQUE_CONTROL: "force",
-}
 
 
 # ------------------------------------------------------------------------------------------------- loadURDF
@@ -95,20 +90,24 @@ def setJointMotorControl(*args: Any) -> None:
     """
     if len(args) not in (4, 5, 6, 8):
         raise failure(_BAD_MOTOR_CALL, f"expected 4, 5, 6 or 8 arguments, got {len(args)}")
-    body, joint, mode, target = args[:4]
-    keywords: dict[str, float] = {}
+    body, joint, mode, target, *limits = args
     if len(args) == 8:
-        keywords = dict(zip(_MOTOR_NAMES, args[3:], strict=True))
+        given = args
+    elif mode == c.POSITION_CONTROL:
+        given = body, joint, mode, target, 0.0, *limits
+    elif mode == c.VELOCITY_CONTROL:
+        given = body, joint, mode, 0.0, target, *limits[:1], *((KP, limits[1]) if len(limits) > 1 else ())
+    elif mode == c.TORQUE_CONTROL and not limits:
+        given = body, joint, mode, 0.0, 0.0, target
     else:
-        if mode not in _TARGETS or (mode == c.TORQUE_CONTROL and len(args) > 4):
-            raise failure(_BAD_MOTOR_CALL, f"control mode {mode!r} does not take {len(args)} arguments")
-        keywords[_TARGETS[mode]] = target
-        if len(args) > 4:
-            keywords["force"] = args[4]
-        if len(args) > 5:
-            keywords["positionGain" if mode == c.POSITION_CONTROL else "velocityGain"] = args[5]
-    client: Any = CLIENTS[0]
-    client.setJointMotorControl2(body, joint, mode, **keywords)
+        raise failure(_BAD_MOTOR_CALL, f"control mode {mode!r} does not take {len(args)} arguments")
+    client = DIRECT.get(0)
+    command = None if client is None else START.replaced.get("setJointMotorControl2")
+    if command is not None:
+        command(client, *given)
+    else:
+        other: Any = CLIENTS[0]
+        other.setJointMotorControl2(*given)
 
 
 # ---------------------------------------------------------------------------------------------- renderImage

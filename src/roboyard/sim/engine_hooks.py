@@ -16,6 +16,10 @@ BodyT = TypeVar("BodyT", bound=EngineBody)
 class EngineHooks(Generic[BodyT]):
     """Parts of a world that its engine refers to; worlds define those that they have."""
 
+    def ensure_compiled(self) -> None:
+        """Compile if the spec was edited; all remaining bodies keep their state."""
+        raise NotImplementedError
+
     @property
     def drives(self) -> JointDrives:
         """The drives of joints."""

@@ -27,6 +27,7 @@ from roboyard.sim.engine import Engine
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.collision_filters import CollisionFilters
+from roboyard.sim.stepping.sequential.direct_step import DirectStep
 from roboyard.sim.stepping.solver_warning import solver_warning
 from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.time_steps import Stepping
@@ -424,6 +425,37 @@ class Simulation(Engine[Body]):
             return
         self.is_moved = self._velocity_moved = True
         self.kept_frames = None
+        self.heed_warning()
+
+    def end_directly(self, answer: int) -> None:
+        """Do what `step` does after the compiled loop of `direct_step`, which returned this answer.
+
+        Raises:
+            ModelError: as `step` does.
+        """
+        try:
+            self.stepping.end_directly(answer, self._model, self._data)
+        except mujoco.FatalError as error:  # raised before positions change
+            self.recover(error, self.simulation_state())
+            self._go_on(1)
+            return
+        self.is_moved = self._velocity_moved = True
+        self.kept_frames = None
+        self.heed_warning()
+
+    def direct_step(self) -> DirectStep | None:
+        """Return the compiled calls of the last step, which `step` may make again; None for other steps."""
+        is_known = self.revision == self._stepped and not (self.is_stale or self._inertia_changed)
+        if not is_known or self.windows.is_active or self.pool.is_used or self.before_step or self.after_step:
+            return None
+        return self.stepping.direct_step(self._model, self._data)
+
+    def heed_warning(self) -> None:
+        """Do what a warning of MuJoCo in the last step requires, if there was one.
+
+        Raises:
+            ModelError: the simulation diverged.
+        """
         if solver_warning.is_raised:
             self._heed_warning()
 
@@ -433,12 +465,11 @@ class Simulation(Engine[Body]):
             done += self._steps(n - done) if self.revision == self._stepped else self._first_step()
         self.is_moved = self._velocity_moved = True
         self.kept_frames = None
-        if solver_warning.is_raised:
-            self._heed_warning()
+        self.heed_warning()
 
     def _heed_warning(self) -> None:
         """Raise the error of a simulation that diverged; take more memory where contacts were dropped."""
-        solver_warning.is_raised = False
+        solver_warning.end()
         if solver_warning.message is not None:
             warning, solver_warning.message = solver_warning.message, None
             for kind in self._data.warning:

@@ -13,7 +13,8 @@ from roboyard.native.objects import arrays_have_the_known_layout
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.entries import FRONT
-from roboyard.pybullet.fast import closest_entries, fast_commands
+from roboyard.pybullet.fast import fast_commands
+from roboyard.pybullet.fast.closest import entries
 from roboyard.pybullet_data import getDataPath
 
 pytestmark = pytest.mark.skipif(
@@ -24,7 +25,7 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture
 def bodies(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
     assert FRONT.address()
-    assert closest_entries.CLOSEST.address()
+    assert entries.CLOSEST.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
     direct_calls.START.enter()
     fast_commands.replace_closest()
@@ -109,3 +110,78 @@ def test_machine_code_finds_points(bodies: list[int], monkeypatch: pytest.Monkey
     np.testing.assert_allclose(normal, [0, 0, -1], rtol=0, atol=1e-6)
     assert force == 0.0
     assert len(p.getClosestPoints(bodies[3], bodies[2], 5)) > 5
+
+
+POSES: list[tuple[Any, Any]] = [
+    (None, None),
+    ([1, 0, 1.2], None),
+    ((0.5, np.float64(0.2), 1), [0, 0, 0.6, 0.8]),
+    (np.array([0, 0, 1.0]), np.array([0.1, 0.2, 0.3, 2.0])),
+    ([0, 0, 1], (0, 0, 0, 0)),
+    ([0, 0, float("nan")], None),
+    ([0, 0], None),
+    ([0, 0, 1], "abcd"),
+    (1.0, None),
+]
+
+
+@pytest.mark.parametrize("pose", POSES, ids=repr)
+def test_points_of_shapes_are_those_of_the_python_function(bodies: list[int], pose: tuple[Any, Any]) -> None:
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3])
+    two = p.createCollisionShapeArray(
+        [p.GEOM_SPHERE] * 2, radii=[0.1, 0.2], collisionFramePositions=[[0, 0, 0], [0, 0, 0.5]]
+    )
+    position, turn = pose
+
+    def change_margin() -> None:
+        p.changeDynamics(bodies[3], -1, collisionMargin=0.02)
+
+    def change_shape() -> None:
+        nonlocal two
+        p.removeCollisionShape(two)
+        two = p.createCollisionShape(p.GEOM_SPHERE, radius=0.15)
+
+    edits = (
+        lambda: None,
+        lambda: p.resetJointState(bodies[2], 1, 0.4),
+        lambda: p.resetBasePositionAndOrientation(bodies[3], [0.9, 0.1, 0.7], [0, 0.6, 0, 0.8]),
+        change_margin,
+        lambda: p.createMultiBody(1.0, basePosition=[0, 0, 30]),
+        change_shape,
+        lambda: p.removeBody(bodies[4]),
+        lambda: p.removeCollisionShape(two),
+    )
+    some = 0
+    for edit in edits:
+        edit()
+        sides: list[Any] = [(box, two), (two, box), (two, two), (box, 77), (-1, two), (box, -1), (True, box)]
+        for a, b in sides:
+            for body in (bodies[2], bodies[3], bodies[4], 99, -1):
+                for link in (-2, -1, 3):
+                    given: Any = (body, body, 5.0, link, link, a, b, position, position, turn, turn)
+                    answers = [repr(outcome(p.getClosestPoints, *given[: 11 - k % 2])) for k in range(7)]
+                    expected = [
+                        repr(outcome(p.getClosestPoints.__self__, *given[: 11 - k % 2])) for k in range(2)
+                    ]
+                    assert answers[-2:] == expected[1:] + expected[:1]
+                    some += expected[0].startswith("((0")
+    assert bool(some) == any(pose is one for one in POSES[:4])
+
+
+def test_points_of_shapes_follow_poses(bodies: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+    p.resetBasePositionAndOrientation(bodies[3], [0, 0, 10], [0, 0, 0, 1])
+    found = []
+    for k in range(12):
+        if k == 8:
+            client: Any = CLIENTS[0]
+            monkeypatch.setattr(client.scene.shapes, "_query_shapes", None)  # which the Python function reads
+        for height in (12.0, 13.0):
+            ((*_, distance, _, _, _, _, _),) = p.getClosestPoints(
+                bodies[3], -1, 9, -1, collisionShapeB=ball, collisionShapePositionB=[0, 0, height]
+            )
+            found.append(distance)
+        if k == 5:
+            p.resetBasePositionAndOrientation(bodies[3], [0, 0, 9.5], [0, 0, 0, 1])
+    np.testing.assert_allclose(np.diff(found[:12]), [1, -1] * 5 + [1], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found[12:], np.tile(found[:2], 6) + 0.5, rtol=0, atol=1e-6)

@@ -30,10 +30,7 @@ def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert property_entries.PROPERTIES.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
     direct_calls.START.enter()
-    fast_commands.replace_properties(
-        "changeConstraint", constraints.CHANGES, constraints.LENGTHS, "_constraints", constraints.PRESENT,
-        "pivots",
-    )  # fmt: skip
+    constraints.replace_changes()
     yield
     for number in list(CLIENTS):
         p.disconnect(number)

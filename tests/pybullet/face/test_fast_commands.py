@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
+from pkgutil import walk_packages
 from types import SimpleNamespace
 from typing import Any
 
@@ -36,7 +36,8 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module", autouse=True)
 def _machine_code() -> Iterator[None]:
-    modules = [import_module(f"{fast.__name__}.{module.name}") for module in iter_modules(fast.__path__)]
+    found = walk_packages(fast.__path__, f"{fast.__name__}.")
+    modules = [import_module(module.name) for module in found]
     entries = [value for module in modules for value in vars(module).values() if isinstance(value, Front)]
     assert len(entries) > 10
     assert all(front.address() for front in (FRONT, *entries)), "compiled and stored now, if not before"

@@ -118,3 +118,42 @@ def test_points_are_copies_and_replace_others() -> None:
     assert p.addUserDebugPoints(positions, colors, replaceItemUniqueId=number) == number
     ((_, item),) = items().drawings()
     assert item.positions.tolist() == positions
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        ("name",),
+        ("name", 1, 0),
+        ("name", -2, np.float64(2), 1),
+        ("", 0.0, 1.0, 2**70),
+        (b"name", 0, 1),
+        ("name", "0"),
+        ("name", None),
+        (),
+        ("name", 0, 1, float("inf")),
+    ],
+    ids=repr,
+)
+def test_sliders_are_those_of_the_python_function(given: tuple[Any, ...]) -> None:
+    answers = []
+    for call in (p.addUserDebugParameter, p.addUserDebugParameter.__self__):
+        try:
+            number = call(*given)
+        except Exception as problem:
+            answers.append((type(problem), str(problem)))
+            continue
+        before = items().revision
+        answers.append((repr(items().parameters[number]), p.readUserDebugParameter(number)))
+        p.removeUserDebugItem(number)
+        assert number not in items().parameters
+        assert items().revision == before + 1
+    assert answers[0] == answers[1]
+
+
+def test_all_sliders_are_removed() -> None:
+    assert [p.addUserDebugParameter("a"), p.addUserDebugLine(A, B), p.addUserDebugParameter("b")] == [0, 1, 2]
+    p.removeAllUserDebugItems()
+    assert [*items().parameters] == [0, 2]
+    p.removeAllUserParameters()
+    assert not items().parameters

@@ -86,6 +86,9 @@ def test_numbers_are_those_of_the_python_function(arm: int, tmp_path: Path) -> N
                     {"jointLowerLimit": lower, "jointUpperLimit": upper},
                     {"jointDamping": 0.3, "jointLowerLimit": lower, "jointUpperLimit": upper},
                     {"jointLowerLimit": lower},
+                    {"jointUpperLimit": draw.choice([0.9, 1, 1.2])},
+                    {"maxJointVelocity": draw.choice([2, 3.0, 50])},
+                    {"anisotropicFriction": [1, 2, 3], "jointDamping": 0.05},
                     {"jointDamping": -1.0, "mass": draw.choice([0.4, 0.5])},
                 ]
             )

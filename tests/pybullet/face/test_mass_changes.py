@@ -16,7 +16,6 @@ from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.entries import FRONT
 from roboyard.pybullet.fast import fast_commands, property_entries
-from roboyard.pybullet.fast.pairs import PAIR, SIGNED_PAIR
 
 pytestmark = pytest.mark.skipif(
     not (direct_calls.CAN_START and arrays_have_the_known_layout()), reason="machine code is not used here"
@@ -31,12 +30,7 @@ def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert property_entries.PROPERTIES.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
     direct_calls.START.enter()
-    fast_commands.replace_properties(
-        dynamics.COMMAND,
-        dynamics.CHANGES,
-        lengths={"contactStiffness": PAIR, "jointLowerLimit": SIGNED_PAIR, "localInertiaDiagonal": 3},
-        kind=dynamics.KIND,
-    )
+    dynamics.replace_changes()
     yield
     for number in list(CLIENTS):
         p.disconnect(number)

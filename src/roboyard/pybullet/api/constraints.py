@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.errors import RoboyardError
-from roboyard.native import Kernel
+from roboyard.native import loaded
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import (
     Quaternion,
@@ -24,27 +24,42 @@ from roboyard.pybullet.face.arguments import (
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.constraints.writes import (
+    prepare_bound,
+    prepare_gear,
+    prepare_pivot,
+    prepare_turn,
+)
 from roboyard.pybullet.fast.fast_commands import (
-    is_changed_again,
     is_machine_code,
-    prepare_write,
-    replace_constraint_state,
+    replace_constraint_reads,
     replace_constraints,
     replace_properties,
 )
+from roboyard.pybullet.fast.pairs import SIGNED
 from roboyard.pybullet.state.constraint_building import (
     build,
     child_frame,
-    place_in_child,
     regear,
     remove,
-    unit,
 )
-from roboyard.pybullet.state.constraint_records import IDENTITY, ConstraintRecord
+from roboyard.pybullet.state.constraint_records import (
+    BOUND,
+    CHILD_POSITION,
+    CHILD_TURN,
+    GEAR_ERP,
+    GEAR_RATIO,
+    GEAR_TARGET,
+    IDENTITY,
+    MAX_FORCE,
+    NO_EFFORTS,
+    ROWS,
+    ConstraintRecord,
+)
+from roboyard.pybullet.state.ids import drop_from_order
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.world import World
 
 Vector = Sequence[float]
@@ -52,7 +67,6 @@ _FAILED = "createConstraint failed."
 _ZERO = (0.0, 0.0, 0.0)
 _UNSET_FORCE = -1.0
 _NO_RATIO, _NO_LINK, _NO_TARGET = 0.0, -1, 1e32
-_ROWS = {c.JOINT_FIXED: 6, c.JOINT_PRISMATIC: 5, c.JOINT_POINT2POINT: 3, c.JOINT_GEAR: 1}
 
 
 @command()
@@ -95,9 +109,9 @@ def createConstraint(
         kind=whole(jointType),
         axis=vector3_or(jointAxis, _ZERO),
         parent_position=vector3_or(parentFramePosition, _ZERO),
-        parent_orientation=_unit(parentFrameOrientation),
+        parent_orientation=_turn(parentFrameOrientation),
         child_position=vector3_or(childFramePosition, _ZERO),
-        child_orientation=_unit(childFrameOrientation),
+        child_orientation=_turn(childFrameOrientation),
     )
     check_finite(
         _FAILED,
@@ -112,6 +126,7 @@ def createConstraint(
         raise failure(_FAILED, *str(problem).splitlines()) from problem
     record.number = scene.constraint_ids.take()
     scene.constraints[record.number] = record
+    scene.constraint_order.append(record.number)
     scene.mark_moved()
     return record.number
 
@@ -155,7 +170,7 @@ def changeConstraint(
             check_finite("changeConstraint failed.", jointChildPivot=pivot)
         record.child_position = pivot
     if jointChildFrameOrientation is not None:
-        record.child_orientation = _unit(jointChildFrameOrientation, old_orientation)
+        record.child_orientation = _turn(jointChildFrameOrientation, old_orientation)
     if (
         maxForce is not _UNSET_FORCE
         and number(maxForce) >= 0.0
@@ -192,32 +207,42 @@ def _change_gear(
     if number(erp) >= 0.0:
         record.erp = float(erp)
     now = (record.gear_ratio, record.gear_aux_link, record.relative_position_target, record.erp)
-    if now == old or record.kind != c.JOINT_GEAR or regear(client.scene, record):
+    if now == old:
+        return
+    if record.kind != c.JOINT_GEAR or regear(client.scene, record):
+        prepare_gear(client.scene, record)
         return
     try:
         build(client.scene, record)
     except RoboyardError as problem:
+        record.gear_ratio, record.gear_aux_link, record.relative_position_target, record.erp = old
+        build(client.scene, record)
         raise failure("changeConstraint failed.", *str(problem).splitlines()) from problem
 
 
 @command()
 def removeConstraint(client: Client, userConstraintUniqueId: int) -> None:
     """Remove a constraint; an unknown id is ignored."""
-    record = client.scene.constraints.pop(whole(userConstraintUniqueId), None)
+    scene = client.scene
+    record = scene.constraints.pop(whole(userConstraintUniqueId), None)
     if record is not None:
-        remove(client.scene, record)
+        drop_from_order(scene.constraint_order, record.number)
+        remove(scene, record)
 
 
 @command()
 def getNumConstraints(client: Client) -> int:
     """Return the number of constraints."""
-    return len(client.scene.constraint_numbers)
+    return len(client.scene.constraint_order)
 
 
 @command()
 def getConstraintUniqueId(client: Client, serialIndex: int) -> int:
-    """Return the id of the i-th constraint, or -1 beyond the last."""
-    ids = client.scene.constraint_numbers
+    """Return the id of the i-th constraint, or -1 beyond the last.
+
+    As in PyBullet, the last constraint takes the place of one that is removed.
+    """
+    ids = client.scene.constraint_order
     return ids[serialIndex] if 0 <= whole(serialIndex) < len(ids) else -1
 
 
@@ -264,7 +289,7 @@ def getConstraintState(client: Client, constraintUniqueId: int) -> tuple[float, 
         world.ensure_compiled()
     forces = world.constraints.rows.applied_numbers(record.made)
     if not forces:
-        return (0.0,) * _ROWS[kind]
+        return NO_EFFORTS[kind]
     if is_machine_code("getConstraintState"):
         _prepare(world, record)
     if kind == c.JOINT_PRISMATIC:
@@ -287,9 +312,7 @@ def _prepare(world: World, record: ConstraintRecord) -> None:
     model = world.live_model
     rows = StepRows(world.live_data, model.nv, is_sparse=bool(mujoco.mj_isSparse(model)))
     rule = {c.JOINT_PRISMATIC: SLIDE, c.JOINT_POINT2POINT: POINT}.get(record.kind, PLAIN)
-    out, loop = np.zeros(_ROWS[record.kind]), constraint_efforts
-    if isinstance(loop, Kernel):
-        loop = loop.load()
+    out, loop = np.zeros(ROWS[record.kind]), loaded(constraint_efforts)
     blocks = rows.rows.ids, rows.rows.force
     arguments = *rows.search, *blocks, made.element.id, rule, out
     known[record.number] = loop, arguments, out, rows
@@ -300,15 +323,15 @@ def _unknown(client: Client, given: int) -> str:
     return f"there is no constraint {given}; constraints: {there}"
 
 
-def _unit(orientation: Vector | None, default: Quaternion = IDENTITY) -> Quaternion:
+def _turn(orientation: Vector | None, default: Quaternion = IDENTITY) -> Quaternion:
     x, y, z, w = given = quaternion_or(orientation, default)
     length = sqrt(x * x + y * y + z * z + w * w)
     if length - length != 0.0:
         check_finite(_FAILED, orientation=given, length=length)
-    return unit(given)
+    return given
 
 
-START.later(replace_constraint_state)
+START.later(replace_constraint_reads)
 START.later(replace_constraints)
 
 
@@ -319,32 +342,7 @@ def _move_child(client: Client, number: int, pivot: Vector3) -> None:
         record.child_position = pivot
         if record.kind != c.JOINT_GEAR:
             scene.world.constraints.set_frame(record.made, "b", child_frame(scene, record)[0])
-            _prepare_pivot(scene, record)
-
-
-def _prepare_pivot(scene: PhysicsScene, record: ConstraintRecord) -> None:
-    """Let machine code move the child's frame of a constraint."""
-    world, made, places = scene.world, record.made, (record.number,)
-    if made is None or (world.is_stale and made.element is not None):
-        return
-    if not is_changed_again("changeConstraint", "jointChildPivot", world.prepared, "pivots", places):
-        return
-    from roboyard.pybullet.fast.property_entries import Write
-
-    factors = np.zeros((3, 4))
-    factors[:, 3] = start = place_in_child(scene, record, (0.0, 0.0, 0.0))
-    for axis, unit_vector in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
-        factors[:, axis] = np.subtract(place_in_child(scene, record, unit_vector), start)
-    write = Write(
-        owner=record,
-        name="child_position",
-        factors=factors,
-        targets=() if world.is_stale else (world.live_model.site_pos[made.rows[1]],),
-        places=(np.arange(3),),
-        other=made,
-        other_name="position_b",
-    )
-    prepare_write("changeConstraint", "jointChildPivot", world.prepared, "pivots", places, write)
+            prepare_pivot(scene, record)
 
 
 def _turn_child(client: Client, number: int, orientation: Quaternion) -> None:
@@ -352,33 +350,10 @@ def _turn_child(client: Client, number: int, orientation: Quaternion) -> None:
     record: ConstraintRecord | None = scene.constraints.get(number)
     if record is None or record.made is None or orientation == record.child_orientation:
         return
-    turn = _unit(orientation)
-    if turn != record.child_orientation:
-        record.child_orientation = turn
-        if record.kind != c.JOINT_GEAR:
-            scene.world.constraints.set_frame(record.made, "b", *child_frame(scene, record))
-            _prepare_turn(scene, record)
-
-
-def _prepare_turn(scene: PhysicsScene, record: ConstraintRecord) -> None:
-    """Let machine code turn the child's frame of a constraint, where its inertial frame is not turned."""
-    world, made, places = scene.world, record.made, (record.number,)
-    if made is None or (world.is_stale and made.element is not None):
-        return
-    is_plain = child_frame(scene, record)[1] == record.child_orientation
-    name = "jointChildFrameOrientation"
-    if is_plain and is_changed_again("changeConstraint", name, world.prepared, "pivots", places):
-        from roboyard.pybullet.fast.property_entries import Write
-
-        write = Write(
-            owner=record,
-            name="child_orientation",
-            targets=() if world.is_stale else (world.live_model.site_quat[made.rows[1]],),
-            other=made,
-            other_name="orientation_b",
-            turns=True,
-        )
-        prepare_write("changeConstraint", name, world.prepared, "pivots", places, write)
+    record.child_orientation = _turn(orientation)
+    if record.kind != c.JOINT_GEAR:
+        scene.world.constraints.set_frame(record.made, "b", *child_frame(scene, record))
+        prepare_turn(scene, record)
 
 
 def _bound(client: Client, number: int, force: float) -> None:
@@ -388,45 +363,67 @@ def _bound(client: Client, number: int, force: float) -> None:
         return
     record.max_force = record.bound = float(force)
     scene.world.constraints.set_max_force(record.made, record.max_force)
-    _prepare_bound(scene, record)
+    prepare_bound(scene, record)
 
 
-def _prepare_bound(scene: PhysicsScene, record: ConstraintRecord) -> None:
-    """Let machine code change the largest force of a constraint."""
-    world, made, places = scene.world, record.made, (record.number,)
-    if not is_changed_again("changeConstraint", "maxForce", world.prepared, "pivots", places):
+def _change_gear_number(client: Client, number: int, value: float, *, name: str) -> None:
+    """Apply one of the numbers of a gear."""
+    scene = client.scene
+    record: ConstraintRecord | None = scene.constraints.get(number)
+    if record is None or record.made is None:
         return
-    targets = None if made is None else world.constraints.rows.bound_places(made)
-    if targets is not None:
-        from roboyard.pybullet.fast.property_entries import Write
-        from roboyard.sim.constraints.rows import LARGEST_FORCE
-
-        write = Write(
-            owner=record,
-            name="bound",
-            factors=np.array([[1.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0]]),
-            targets=targets,
-            places=(np.array([0]), np.array([0, 1])),
-            most=LARGEST_FORCE,
-            also=(record, "max_force", made, "max_force"),
-        )
-        prepare_write("changeConstraint", "maxForce", world.prepared, "pivots", places, write)
+    given: dict[str, Any] = {"ratio": _NO_RATIO, "aux_link": _NO_LINK, "target": _NO_TARGET}
+    given |= {"erp": _UNSET_FORCE, name: value}
+    _change_gear(client, record, **given)
 
 
 CHANGES: Mapping[str, Any] = {
     "jointChildPivot": _move_child,
     "jointChildFrameOrientation": _turn_child,
     "maxForce": _bound,
+    "gearRatio": partial(_change_gear_number, name="ratio"),
+    "gearAuxLink": partial(_change_gear_number, name="aux_link"),
+    "relativePositionTarget": partial(_change_gear_number, name="target"),
+    "erp": partial(_change_gear_number, name="erp"),
 }
 """Arguments of changeConstraint that change one property, to what does so where only such ones are given."""
-LENGTHS = {"jointChildPivot": 3, "jointChildFrameOrientation": 4}
-"""Arguments that are several numbers, and how many."""
+LENGTHS = {"jointChildPivot": 3, "jointChildFrameOrientation": 4} | {
+    "gearRatio": SIGNED,
+    "relativePositionTarget": SIGNED,
+}
+"""Arguments that are several numbers, and how many, or any number."""
 PRESENT = {
     "jointChildPivot": "child_position",
     "jointChildFrameOrientation": "child_orientation",
     "maxForce": "bound",
+    "gearRatio": "gear_ratio",
+    "gearAuxLink": "gear_aux_link",
+    "relativePositionTarget": "relative_position_target",
+    "erp": "erp",
 }
 """Attribute of the record that is equal where an argument changes nothing."""
-START.later(
-    partial(replace_properties, "changeConstraint", CHANGES, LENGTHS, "_constraints", PRESENT, "pivots")
-)
+REQUESTED = {
+    "jointChildPivot": (CHILD_POSITION,),
+    "jointChildFrameOrientation": (CHILD_TURN,),
+    "maxForce": (MAX_FORCE, BOUND),
+    "gearRatio": (GEAR_RATIO,),
+    "relativePositionTarget": (GEAR_TARGET,),
+    "erp": (GEAR_ERP,),
+}
+"""Arguments to the fields of a request that they become."""
+
+
+def replace_changes() -> None:
+    """Let machine code change constraints."""
+    replace_properties(
+        "changeConstraint",
+        CHANGES,
+        LENGTHS,
+        "_constraints",
+        PRESENT,
+        "pivots",
+        requests=("requested", REQUESTED),
+    )
+
+
+START.later(replace_changes)

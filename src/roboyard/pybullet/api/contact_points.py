@@ -19,8 +19,8 @@ from roboyard.pybullet.state.contacts import ANY_LINK, Point, contacts_between, 
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.fast.closest_copies import ClosestCopies, Key
-    from roboyard.pybullet.fast.closest_search import ClosestSearch
+    from roboyard.pybullet.fast.closest.copies import ClosestCopies, Key
+    from roboyard.pybullet.fast.closest.search import ClosestSearch
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.pybullet.state.query_shapes import Geoms, QuerySide
     from roboyard.sim.world import World
@@ -99,7 +99,7 @@ def getClosestPoints(
             return _closest_points(scene, scene.world, first.places, second.places, limit)
         found = search.points(first, second, limit)
         if is_machine_code("getClosestPoints"):
-            from roboyard.pybullet.fast.closest_entries import prepare
+            from roboyard.pybullet.fast.closest.entries import prepare
 
             prepare(search, ((whole(linkIndexA), first), (whole(linkIndexB), second)))
         return found
@@ -111,11 +111,13 @@ def getClosestPoints(
         (collisionShapePositionA, collisionShapeOrientationA),
         (collisionShapePositionB, collisionShapeOrientationB),
     )
-    copies = scene.query_shapes.copies or _make_copies(scene)
+    copies = scene.shapes.query_shapes.copies or _make_copies(scene)
     found = copies.points(key, poses, limit)
     if found is None and copies.plan(key, _shapes_of(scene, key)):
         found = copies.points(key, poses, limit)
     if found is not None:
+        if is_machine_code("getClosestPoints"):
+            copies.prepare(key)
         return found
     from roboyard.pybullet.state.query_shapes import QuerySide
 
@@ -139,7 +141,7 @@ def _closest_points(
     data, model = world.kinematics(), world.live_model
     points, ends = list[Point](), np.zeros(6)
     kinds, has_fields = model.geom_type, model.nhfield > 0
-    hulls = scene.geom_margins() if world is scene.world else geom_margins(model)
+    hulls = scene.shapes.geom_margins() if world is scene.world else geom_margins(model)
     others = [(*place, hulls.item(place[2])) for place in second]
     for body_a, link_a, geom_a in first:
         hull_a = hulls.item(geom_a)
@@ -180,7 +182,7 @@ def _placed(
 
     shapes = scene.collision_shapes
     if first.shape >= 0 and second.shape >= 0:
-        world, bodies = scene.query_shapes.place(shapes, first, second)
+        world, bodies = scene.shapes.query_shapes.place(shapes, first, second)
         _show_triangles(world, limit)
         one, two = (query_geoms(body) for body in bodies)
         yield world, one, two
@@ -202,9 +204,9 @@ def _placed(
 
 def _make_copies(scene: PhysicsScene) -> ClosestCopies:
     """Return the copies of shapes and bodies that are used again, which the scene keeps."""
-    from roboyard.pybullet.fast.closest_copies import ClosestCopies
+    from roboyard.pybullet.fast.closest.copies import ClosestCopies
 
-    copies = scene.query_shapes.copies = ClosestCopies(scene)
+    copies = scene.shapes.query_shapes.copies = ClosestCopies(scene)
     return copies
 
 
@@ -221,7 +223,7 @@ def _search(scene: PhysicsScene) -> ClosestSearch | None:
         return None
     known = world.of_arrays
     if _SEARCH not in known:
-        from roboyard.pybullet.fast.closest_search import closest_search
+        from roboyard.pybullet.fast.closest.search import closest_search
 
         known[_SEARCH] = closest_search(scene)
     found: ClosestSearch | None = known[_SEARCH]

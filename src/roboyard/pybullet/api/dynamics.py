@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from math import nan
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +28,7 @@ from roboyard.pybullet.fast.dynamics_writes import (
     prepare_mass,
     prepare_restitution,
 )
-from roboyard.pybullet.fast.fast_commands import replace_properties
+from roboyard.pybullet.fast.fast_commands import replace_dynamics_info, replace_properties
 from roboyard.pybullet.fast.pairs import PAIR, SIGNED_PAIR
 from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
 from roboyard.sim.build.masses import LEAST_SHARE
@@ -42,7 +41,7 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 _IGNORED = (
     *("ccdSweptSphereRadius", "contactProcessingThreshold", "activationState", "jointLimitForce"),
-    "sleepThreshold",
+    *("sleepThreshold", "anisotropicFriction"),
 )
 """Arguments that change nothing here."""
 
@@ -209,7 +208,7 @@ def _set_margin(scene: PhysicsScene, record: BodyRecord, link: int, margin: floa
     record.link_boxes = scene.link_boxes = None
     for kind in ("overlaps", "closest"):
         prepared.get(kind, {}).clear()
-    scene.shape_rows.gather_again()
+    scene.shapes.rows.gather_again()
     prepared.get("box", {}).pop(record.number, None)
     forget_body(record)
 
@@ -253,6 +252,8 @@ def _set_mass(
         scene.set_damping(record, record.linear_damping, record.angular_damping)
     if was_massless or state.mass == 0.0 or turned == never_turns(state.moments):
         forget_body(record)
+    if was_massless or state.mass == 0.0:
+        return  # such changes need more than numbers
     if by_shape:
         prepare_mass(record, link)
     else:
@@ -457,8 +458,11 @@ def _change_velocity_limit(client: Client, body: int, link: int, largest: float)
 
 
 def _set_velocity_limits(scene: PhysicsScene, record: BodyRecord, largest: float) -> None:
-    for joint in range(record.joint_count):
-        scene.world.stepping.set_velocity_limit(record.body.id, joint, largest)
+    if largest == record.velocity_limit:
+        prepare_equal(record, -1, "maxJointVelocity", record, "velocity_limit")
+        return
+    record.velocity_limit = float(largest)
+    scene.world.stepping.set_velocity_limit(record.body.id, record.velocity_limit)
 
 
 _RANKS = {
@@ -507,14 +511,20 @@ CHANGES: Mapping[str, Any] = {
     "jointLowerLimit": _change_limits,
 }
 """Arguments of changeDynamics that change one property, to what does so where only such ones are given."""
-START.later(
-    partial(
-        replace_properties,
+
+
+def replace_changes() -> None:
+    """Let machine code change dynamics."""
+    replace_properties(
         COMMAND,
         CHANGES,
-        lengths={"contactStiffness": PAIR, "jointLowerLimit": SIGNED_PAIR, "localInertiaDiagonal": 3},
+        lengths={"contactStiffness": PAIR, "jointLowerLimit": SIGNED_PAIR}
+        | {"localInertiaDiagonal": 3, "anisotropicFriction": 3},
         kind=KIND,
         ignored=_IGNORED,
         ranks=_RANKS,
     )
-)
+
+
+START.later(replace_changes)
+START.later(replace_dynamics_info)

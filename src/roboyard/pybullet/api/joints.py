@@ -98,6 +98,8 @@ def getJointStates(
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
         record = _existing(client, bodyUniqueId)
+    if type(jointIndices) is np.ndarray:
+        jointIndices = jointIndices.tolist()  # whose numbers are hashed much faster
     try:
         group = record.joint_groups.get(tuple(jointIndices))
     except TypeError:

@@ -10,7 +10,6 @@ from posixpath import dirname, expanduser
 from typing import TYPE_CHECKING
 
 from roboyard._lazy import lazy_module
-from roboyard._records import replace
 from roboyard.description.urdf.xml_repair import TEXT_NOTE
 from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.pybullet.api.user_data import attach_from_file
@@ -131,7 +130,7 @@ def _model_of(description: RobotDescription, flags: int, scale: float, fixed_bas
         known = _models[key] = description, meshes, model
         while len(_models) > _CACHE_SIZE:
             del _models[next(iter(_models))]
-    return replace(known[2])  # a base that is freed is noted there
+    return known[2].copied()  # a base that is freed is noted there
 
 
 def _mentions_deformable(file: Path) -> bool:

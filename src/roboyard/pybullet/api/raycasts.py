@@ -229,7 +229,7 @@ def _cast(
     count = len(starts)
     if not scene.bodies or not count:
         return (_MISS,) * count
-    room, shapes = None, scene.margin_shapes
+    room, shapes = None, scene.shapes.margin_shapes
     if not scene.world.soft:
         if wanted < 0:
             room = shapes.enter_first(starts, ends, mask)
@@ -254,19 +254,19 @@ def _hit_of(scene: PhysicsScene, geom: int, numbers: list[float]) -> Hit:
     if geom < 0:
         return _MISS
     fraction, x, y, z, i, j, k = numbers
-    number_, link, _ = scene.place_of(geom)
+    number_, link, _ = scene.shapes.place_of(geom)
     return number_, link, fraction, (x, y, z), (i, j, k)
 
 
 def _prepare(scene: PhysicsScene, *, is_numbered: bool) -> None:
     """Let machine code cast as many rays as there is room for, and find hits by numbers."""
-    world, bundle, key = scene.world, scene.margin_shapes.bundle, int(is_numbered)
+    world, bundle, key = scene.world, scene.shapes.margin_shapes.bundle, int(is_numbered)
     known = world.prepared.get("rays")
     if known is None or bundle is None or (key in known and known[key][4] is bundle):
         return
     room = bundle.records[2]
     owners = [
-        scene.place_of(geom)[:2] if body >= 0 else (-1, -1)
+        scene.shapes.place_of(geom)[:2] if body >= 0 else (-1, -1)
         for geom, (body, _) in enumerate(world.geom_owners)
     ]
     loop = kernels.enter_numbered if is_numbered else kernels.enter_first
@@ -274,7 +274,7 @@ def _prepare(scene: PhysicsScene, *, is_numbered: bool) -> None:
     known[key] = (
         *(world, scene.filters, partial(world.link_frames, keeps_last=True)),
         *(loop, bundle, MOST_GRAZING, room.starts, room.ends, room.geoms, room.hits),
-        *(np.array(owners, np.int64).reshape(-1), *scene.margin_shapes.numbering),
+        *(np.array(owners, np.int64).reshape(-1), *scene.shapes.margin_shapes.numbering),
         *(link_groups().chain_kernels().carry_rays, link_groups().chain_of(world), parents),
     )
 
@@ -305,7 +305,7 @@ def _numbered_hit(scene: PhysicsScene, start: Triple, end: Triple, mask: int, wa
 def _entering_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> Iterator[Hit]:
     """Yield the hits of all shapes that a ray enters and the mask selects, nearest first."""
     world = scene.world
-    around = scene.margin_shapes.around_one(start, way, mask)
+    around = scene.shapes.margin_shapes.around_one(start, way, mask)
     if around is not None:
         yield _hit_at_start(scene, start, *around)
     soft = _soft_hits(scene, start, way, mask) if world.soft else []
@@ -329,7 +329,7 @@ def _entering_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, fo
     slope = x * normal[0] + y * normal[1] + z * normal[2]
     if slope > 0.0:
         return None
-    number_, link, margin = scene.place_of(geom)
+    number_, link, margin = scene.shapes.place_of(geom)
     if not scene.filters.shows(number_, link, mask):
         return None
     if margin:
@@ -341,7 +341,7 @@ def _entering_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, fo
 
 def _hit_at_start(scene: PhysicsScene, start: Triple, geom: int, normal: Triple) -> Hit:
     """Return the hit of a ray that starts in a shape's margin."""
-    number_, link, _ = scene.place_of(geom)
+    number_, link, _ = scene.shapes.place_of(geom)
     return number_, link, 0.0, start, normal
 
 

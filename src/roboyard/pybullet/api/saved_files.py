@@ -50,7 +50,8 @@ def saveBullet(client: Client, bulletFileName: str) -> None:
     if moment.contacts is not None:
         arrays |= _arrays_of(moment.contacts, _places(scene))
     try:
-        write_arrays(client.output_files.path(text(bulletFileName)), arrays)
+        with client.output_files.open(text(bulletFileName)) as file:
+            write_arrays(file, arrays)
     except OSError as problem:
         raise failure(_NOT_SAVED, str(problem)) from None
 
@@ -215,8 +216,10 @@ def saveWorld(client: Client, worldFileName: str) -> None:
     """
     from roboyard.pybullet.logs.world_scripts import world_script
 
+    name, script = text(worldFileName), world_script(client).encode()
     try:
-        client.output_files.path(text(worldFileName)).write_text(world_script(client), encoding="utf-8")
+        with client.output_files.open(name) as file:
+            file.write(script)
     except OSError as problem:
         raise failure("saveWorld command execution failed.", str(problem)) from None
 

@@ -189,6 +189,7 @@ def createSoftBodyAnchor(
         anchor=(soft, made),
     )
     scene.constraints[record.number] = record
+    scene.constraint_order.append(record.number)
     return record.number
 
 

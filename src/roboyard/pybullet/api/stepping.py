@@ -10,7 +10,7 @@ from roboyard.pybullet.face.arguments import whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_detection
+from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_detection, replace_step
 from roboyard.pybullet.state.contacts import touching
 
 if TYPE_CHECKING:
@@ -24,6 +24,10 @@ def stepSimulation(client: Client) -> tuple[Any, ...]:
     scene.step()
     if client.logs:
         client.logs.after_step()
+    if is_machine_code("stepSimulation"):
+        from roboyard.pybullet.fast.steps.step_entries import prepare
+
+        prepare(scene, client.logs)
     return ()
 
 
@@ -36,7 +40,7 @@ def performCollisionDetection(client: Client) -> None:
     if scene.new_bodies:
         scene.note_boxes()
     if is_machine_code("performCollisionDetection"):
-        from roboyard.pybullet.fast.detection_entries import prepare
+        from roboyard.pybullet.fast.steps.detection_entries import prepare
 
         prepare(scene)
 
@@ -92,3 +96,4 @@ def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
 
 
 START.later(replace_detection)
+START.later(replace_step)

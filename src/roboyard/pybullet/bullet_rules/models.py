@@ -96,6 +96,21 @@ class BodyModel:
     shared: dict[str, Any] = field(default_factory=dict)
     """Results that all bodies of a file have in common: copies of this model share them."""
 
+    def copied(self) -> BodyModel:
+        """Return a model that shares all with this one but for whether its base is fixed."""
+        return BodyModel(
+            name=self.name,
+            links=self.links,
+            description=self.description,
+            fixed_base=self.fixed_base,
+            implicit_cylinder=self.implicit_cylinder,
+            bounds_of=self.bounds_of,
+            has_two_spheres=self.has_two_spheres,
+            nests_meshes=self.nests_meshes,
+            index_by_name=self.index_by_name,
+            shared=self.shared,
+        )
+
 
 def bullet_model(
     description: RobotDescription,
@@ -179,6 +194,23 @@ def world_description(
     )
     joints = tuple(link.joint for link in links if link.joint is not None)
     return replace(description, links=made, joints=joints)
+
+
+def plain_description(links: Sequence[LinkModel]) -> RobotDescription:
+    """Return the description that the World builds of links that are of no file."""
+    return RobotDescription(
+        name="",
+        links=tuple(
+            Link(
+                name=link.name,
+                inertial=_inertial(link, is_alone=len(links) == 1),
+                collisions=split_objects(link.collisions),
+                visuals=link.visuals or _default_visuals(link.collisions),
+            )
+            for link in links
+        ),
+        joints=tuple(link.joint for link in links if link.joint is not None),
+    )
 
 
 def _with_prisms(collisions: tuple[Collision, ...]) -> tuple[Collision, ...]:

@@ -22,13 +22,13 @@ from typing import Any
 from roboyard._bytecode import code_of
 from roboyard.pybullet.face.direct_calls import (
     CAN_START,
-    DIRECT,
     MANY,
     MOST,
     REFUSED,
     START,
     Call,
     call_of,
+    kept_answers,
 )
 from roboyard.pybullet.face.errors import error, world_failure
 
@@ -271,7 +271,7 @@ def kept(function: Any, answer: int) -> types.FunctionType:
     def command(_client: Any) -> int:
         return answer
 
-    call = call_of(command, (), ())._replace(known={}, changed=DIRECT, moved=DIRECT, free=function)
+    call = call_of(command, (), ())._replace(known=kept_answers(), changed=(), free=function)
     made: Any = _with_call(call)
     made.entered = START
     return made

@@ -118,30 +118,42 @@ HOMES: Mapping[str, str] = {
 }
 """Command to the full name of its module."""
 
-KEPT_ANSWERS = frozenset(
-    (
-        "computeDofCount",
-        "getBodyInfo",
-        "getBodyUniqueId",
-        "getCollisionShapeData",
-        "getConstraintInfo",
-        "getConstraintUniqueId",
-        "getDynamicsInfo",
-        "getJointInfo",
-        "getNumBodies",
-        "getNumConstraints",
-        "getNumJoints",
-        "getNumUserData",
-        "getUserData",
-        "getUserDataId",
-        "getUserDataInfo",
-        "getVisualShapeData",
-    )
-)
-"""Commands whose answers stay the same until one of `changes_kept_answers` is called."""
+KINDS = 5
+BODIES, LOOKS, CONSTRAINTS, DATA, CONTACTS = range(KINDS)
+"""Kinds of answers that are kept."""
+KEPT_ANSWERS: Mapping[str, int] = {
+    "computeDofCount": BODIES,
+    "getBodyInfo": BODIES,
+    "getBodyUniqueId": BODIES,
+    "getCollisionShapeData": BODIES,
+    "getConstraintUniqueId": CONSTRAINTS,
+    "getJointInfo": BODIES,
+    "getNumBodies": BODIES,
+    "getNumConstraints": CONSTRAINTS,
+    "getNumJoints": BODIES,
+    "getNumUserData": DATA,
+    "getUserData": DATA,
+    "getUserDataId": DATA,
+    "getUserDataInfo": DATA,
+    "getVisualShapeData": LOOKS,
+    "performCollisionDetection": CONTACTS,
+}
+"""Commands whose answers stay the same until one is called that changes such answers (`changed_answers`).
 
-DETECTION = "performCollisionDetection"
-"""The command that finds the same contacts again until one of `changes_contacts` is called."""
+That of a detection is that it has found the contacts."""
+_ALL = BODIES, LOOKS, CONSTRAINTS, DATA
+_CHANGED: Mapping[str, tuple[int, ...]] = {
+    "addUserData": (DATA,),
+    "changeTexture": (LOOKS,),
+    "changeVisualShape": (LOOKS,),
+    "createConstraint": (CONSTRAINTS,),
+    "loadTexture": (LOOKS,),
+    "removeConstraint": (CONSTRAINTS,),
+    "removeUserData": (DATA,),
+    "resetVisualShapeData": (LOOKS,),
+    "setDebugObjectColor": (LOOKS,),
+}
+"""Commands that change answers of some kinds only."""
 
 _READING = ("get", "calculate", "compute", "rayTest", "sync")
 _HARMLESS = frozenset(
@@ -156,13 +168,9 @@ _HARMLESS = frozenset(
         *("setDefaultContactERP", "setAdditionalSearchPath", "submitProfileTiming"),
         *("setCollisionFilterPair", "setCollisionFilterGroupMask", "performCollisionDetection"),
         *("configureDebugVisualizer", "resetDebugVisualizerCamera", "saveState", "removeState"),
+        *("changeConstraint", "changeDynamics"),
     )
 )
-
-
-def changes_kept_answers(name: str) -> bool:
-    """Return whether a command may change what a command of `KEPT_ANSWERS` returns."""
-    return name not in _HARMLESS and not name.startswith(_READING)
 
 
 _UNMOVING = frozenset(
@@ -175,6 +183,9 @@ _UNMOVING = frozenset(
 )
 
 
-def changes_contacts(name: str) -> bool:
-    """Return whether contacts may be others after a command than those that a detection before it found."""
-    return name != DETECTION and name not in _UNMOVING and not name.startswith(_READING)
+def changed_answers(name: str) -> tuple[int, ...]:
+    """Return which kinds of answers of `KEPT_ANSWERS` may be others after a command."""
+    if name in KEPT_ANSWERS or name.startswith(_READING):
+        return ()
+    kinds = () if name in _HARMLESS else _CHANGED.get(name, _ALL)
+    return kinds if name in _UNMOVING else (*kinds, CONTACTS)

@@ -12,10 +12,9 @@ from typing import Any
 from roboyard._records import NamedTuple
 from roboyard.errors import RoboyardError
 from roboyard.pybullet.face.command_names import (
-    DETECTION,
     KEPT_ANSWERS,
-    changes_contacts,
-    changes_kept_answers,
+    KINDS,
+    changed_answers,
 )
 from roboyard.pybullet.face.errors import error, world_failure
 
@@ -30,14 +29,15 @@ PREPARED: dict[str, dict[Any, dict[int, Any]]] = {
     for kind in (
         *("push", "box", "motors", "efforts", "masses", "joints", "constraints", "dynamics", "pivots"),
         *("contacts", "torques", "bases", "rays", "overlaps", "closest", "velocities", "links", "read"),
-        "detection",
+        *("detection", "step"),
     )
 }
 """Kind to clients of `DIRECT` to bodies to what commands that are machine code need of them."""
-FILLED: dict[Any, dict[Any, Any]] = {}
-"""Command to its kept answers by the arguments, where there are any."""
-DETECTED: dict[Any, dict[Any, Any]] = {}
-"""The same of the detection of contacts, which also commands end that may move something."""
+MARKS: tuple[list[object], ...] = tuple([object(), None] for _ in range(KINDS))
+"""By kind of answers: the mark of those that are valid, which is another one after a change, and the one that
+was the mark when such an answer was found last."""
+_known: list[dict[Any, Any]] = []
+"""Kept answers of all commands."""
 
 
 class Call(NamedTuple):
@@ -54,14 +54,12 @@ class Call(NamedTuple):
     """Names of its parameters."""
     defaults: tuple[Any, ...]
     """Defaults of the last of them."""
-    known: dict[Any, Any]
-    """Its kept answers."""
-    filled: dict[Any, Any]
-    """`FILLED`, or `DETECTED` for the detection of contacts."""
-    changed: dict[Any, Any]
-    """`FILLED` where the command may change kept answers."""
-    moved: dict[Any, Any]
-    """`DETECTED` where the command may change contacts."""
+    known: dict[Any, tuple[object, Any]]
+    """Its kept answers by the arguments, each after the mark that it was kept with."""
+    marks: list[object]
+    """The one of `MARKS` of its kind."""
+    changed: tuple[list[object], ...]
+    """Those of `MARKS` of the answers that the command may change."""
     free: Any = None
     """The function of Python where it is no command."""
 
@@ -92,11 +90,16 @@ def call_of(command: Callable[..., Any], names: tuple[str, ...], defaults: tuple
         zero=0,
         names=tuple(map(sys.intern, names)),
         defaults=defaults,
-        known={} if name in KEPT_ANSWERS or name == DETECTION else DIRECT,
-        filled=DETECTED if name == DETECTION else FILLED,
-        changed=FILLED if changes_kept_answers(name) else DIRECT,
-        moved=DETECTED if changes_contacts(name) else DIRECT,
+        known=kept_answers() if name in KEPT_ANSWERS else DIRECT,
+        marks=MARKS[KEPT_ANSWERS.get(name, 0)],
+        changed=tuple(MARKS[kind] for kind in changed_answers(name)),
     )
+
+
+def kept_answers() -> dict[Any, Any]:
+    """Return a new table of kept answers, which `forget` empties."""
+    _known.append({})
+    return _known[-1]
 
 
 def fail(name: str, problem: Exception) -> None:
@@ -108,10 +111,10 @@ def fail(name: str, problem: Exception) -> None:
 
 def forget() -> None:
     """Drop all kept answers."""
-    for filled in (FILLED, DETECTED):
-        for known in filled.values():
-            known.clear()
-        filled.clear()
+    for marks in MARKS:
+        marks[:] = object(), None
+    for known in _known:
+        known.clear()
 
 
 class Start:

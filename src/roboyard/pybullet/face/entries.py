@@ -6,8 +6,9 @@ client and all arguments in their places, keywords and defaults, too. All that i
 another name, another kind of client) goes to the public function, which knows all rules and errors.
 
 Answers that change only when bodies, constraints or user data do are kept, by the arguments, until a command
-is called that may change these. A detection of contacts is kept like an answer, until a command is called
-that may move something: repeated, it finds the same.
+is called that may change these. The first of a kind after such a command is not kept: programs that read one
+answer after each change read none twice. A detection of contacts is kept like an answer, until a command is
+called that may move something: repeated, it finds the same.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from roboyard.native.signatures import EntrySignature
 
 SOURCE = f"""
 KIND, SIZE, ITEMS, CONTENT = 1, 2, 3, 2  # of any object, tuples and cells, in words
-CLIENTS, COMMAND, FAILURE, CLIENT, ZERO, NAMES, DEFAULTS, KNOWN, FILLED, CHANGED, MOVED = range(3, 14)
+CLIENTS, COMMAND, FAILURE, CLIENT, ZERO, NAMES, DEFAULTS, KNOWN, MARKS, CHANGED = range(3, 13)
+MARK, LAST = range(2)  # of a list of marks
 
 @part
 def place_of(value, values):
@@ -28,13 +30,36 @@ def place_of(value, values):
     return -1
 {parts(FOUND)}
 @part
-def forget(filled):
-    if PyDict_Size(filled) > 0:
-        tables = PyDict_Values(filled)
-        for place in range(PyList_Size(tables)):
-            PyDict_Clear(PyList_GetItem(tables, place))
-        Py_DecRef(tables)
-        PyDict_Clear(filled)
+def forget(changed):
+    for place in range(word(changed, SIZE)):
+        marks = word(word(changed, ITEMS + place), ITEMS)
+        if word(marks, MARK) == word(marks, LAST):
+            PyList_SetItem(word(changed, ITEMS + place), MARK, PyFloat_FromDouble(0.0))
+
+@part
+def valid_answer(call, key):
+    kept = found(word(call, KNOWN), key)
+    if kept == 0 or word(kept, ITEMS) != word(word(word(call, MARKS), ITEMS), MARK):
+        return 0
+    return word(kept, ITEMS + 1)
+
+@part
+def keep(call, key, answer):
+    known, marks = word(call, KNOWN), word(call, MARKS)
+    mark = word(word(marks, ITEMS), MARK)
+    if word(word(marks, ITEMS), LAST) != mark:  # the first of its kind since a change
+        Py_IncRef(mark)
+        PyList_SetItem(marks, LAST, mark)
+        return
+    if PyDict_Size(known) > 1000:
+        PyDict_Clear(known)
+    kept = PyTuple_New(2)
+    Py_IncRef(mark)
+    Py_IncRef(answer)
+    PyTuple_SetItem(kept, 0, mark)
+    PyTuple_SetItem(kept, 1, answer)
+    PyDict_SetItem(known, key, kept)
+    Py_DecRef(kept)
 
 @part
 def key_of(passed, total, number, zero, nothing):
@@ -67,7 +92,7 @@ def fill(passed, count, total, names, defaults):
 def entry(callee, given, count, keywords):
     call = word(word(PyFunction_GetClosure(callee), ITEMS), CONTENT)
     clients, names, zero = word(call, CLIENTS), word(call, NAMES), word(call, ZERO)
-    known, changed, moved = word(call, KNOWN), word(call, CHANGED), word(call, MOVED)
+    changed = word(call, CHANGED)
     passed, number, total = words(), zero, count
     fits = count <= word(names, SIZE)
     if fits:
@@ -90,18 +115,17 @@ def entry(callee, given, count, keywords):
     fits = fits and fill(passed, count, total, names, word(call, DEFAULTS))
     fits = fits and total >= word(names, SIZE) - word(word(call, DEFAULTS), SIZE)
     key = 0
-    if known != clients and fits:
+    if word(call, KNOWN) != clients and fits:
         key = key_of(passed, total, number, zero, word(call, CLIENT))
         if key != 0:
-            result = found(known, key)
+            result = valid_answer(call, key)
             if result != 0:
                 Py_IncRef(result)
                 Py_DecRef(key)
                 return result
     client = found(clients, number) if fits else 0
     Py_IncRef(call)  # the command may replace it
-    if changed != clients:
-        forget(changed)
+    forget(changed)
     if client == 0:
         result = PyObject_Vectorcall(callee, given, count, keywords)
     else:
@@ -120,16 +144,10 @@ def entry(callee, given, count, keywords):
             Py_DecRef(kind[0])
             Py_DecRef(value[0])
         elif key != 0:
-            if PyDict_Size(known) > 1000:
-                PyDict_Clear(known)
-            PyDict_SetItem(known, key, result)
-            PyDict_SetItem(word(call, FILLED), word(call, COMMAND), known)
+            keep(call, key, result)
     if key != 0:
         Py_DecRef(key)
-    if changed != clients:
-        forget(changed)
-    if moved != clients:
-        forget(moved)
+    forget(changed)
     Py_DecRef(call)
     return result
 """

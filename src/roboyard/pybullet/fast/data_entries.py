@@ -67,9 +67,7 @@ def new_number(state, data, key):
         Py_IncRef(number)
         PyList_SetSlice(free, count - 1, count, 0)
     else:
-        number = attribute(ids, word(state, NEXT))
-        Py_IncRef(number)
-        count_up(ids, word(state, NEXT))
+        number = take(ids, word(state, NEXT))
     PyDict_SetItem(attribute(data, word(state, NUMBERS)), key, number)
     PyDict_SetItem(attribute(data, word(state, KEYS)), number, key)
     return number

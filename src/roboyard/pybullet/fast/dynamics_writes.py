@@ -13,6 +13,7 @@ from roboyard.description.mass_properties import MIN_INERTIA
 from roboyard.pybullet.bullet_rules.models import LEAST_MOMENT, never_turns
 from roboyard.pybullet.fast.fast_commands import forget_write, is_changed_again, prepare_write
 from roboyard.pybullet.state.body_records import MULTIBODY
+from roboyard.sim.build.planned import PlannedBody
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
@@ -160,10 +161,10 @@ def prepare_friction(record: BodyRecord, link: int, argument: str) -> None:
         numbers[:] = values
     if not _is_due(record, link, argument):
         return
-    if world.is_stale:
-        if argument != "lateralFriction":
-            return
-    elif any(geom.condim < _FRICTION_SIZES[argument] for geom in handle._built.geoms):
+    is_planned = type(record.body.form) is PlannedBody
+    if is_planned and argument != "lateralFriction":
+        return
+    if not is_planned and any(geom.condim < _FRICTION_SIZES[argument] for geom in handle._built.geoms):
         return
     if numbers is None:
         numbers = known[key] = np.array(values)

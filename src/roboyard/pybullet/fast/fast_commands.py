@@ -94,16 +94,23 @@ def replace_links() -> None:
         _replace(name, LINKS, KIND, (False, 0, is_many, *names))
 
 
-def replace_constraint_state() -> None:
-    """Replace getConstraintState."""
-    from roboyard.pybullet.fast.constraint_entries import CONSTRAINT
+def replace_constraint_reads() -> None:
+    """Replace what reads constraints."""
+    from roboyard.pybullet.fast.constraints.reads import COUNT, INFO, NUMBER, STATE, ReadState
+    from roboyard.pybullet.state.constraint_records import NO_EFFORTS
 
-    _replace("getConstraintState", CONSTRAINT, "constraints", ())
+    _replace("getConstraintState", STATE, "constraints", ("scene", "requested", NO_EFFORTS))
+    for name, front in (
+        ("getConstraintInfo", INFO),
+        ("getNumConstraints", COUNT),
+        ("getConstraintUniqueId", NUMBER),
+    ):
+        replace(name, front, ReadState(COMMANDS[name].function))
 
 
 def replace_constraints() -> None:
     """Replace createConstraint and removeConstraint."""
-    from roboyard.pybullet.fast.constraint_entries import CREATION, REMOVAL, CreationState, RemovalState
+    from roboyard.pybullet.fast.constraints.creation import CREATION, REMOVAL, CreationState, RemovalState
 
     replace("createConstraint", CREATION, CreationState(COMMANDS["createConstraint"].function))
     replace("removeConstraint", REMOVAL, RemovalState(COMMANDS["removeConstraint"].function))
@@ -116,6 +123,13 @@ def replace_dynamics() -> None:
     names = "_applied_revision", "revision"
     _replace("calculateInverseDynamics", TREE, "efforts", (*names, False), one=0)
     _replace("calculateMassMatrix", TREE, "masses", (*names, True), one=0)
+
+
+def replace_dynamics_info() -> None:
+    """Replace getDynamicsInfo."""
+    from roboyard.pybullet.fast.dynamics_entries import INFO, InfoState
+
+    replace("getDynamicsInfo", INFO, InfoState(COMMANDS["getDynamicsInfo"].function))
 
 
 def replace_settings(name: str) -> None:
@@ -146,18 +160,20 @@ def replace_properties(
     kind: str | None = None,
     ignored: tuple[str, ...] = (),
     ranks: Mapping[str, int] | None = None,
+    requests: tuple[str, Mapping[str, tuple[int, ...]]] | None = None,
 ) -> None:
     """Replace a command with many optional arguments.
 
     Args:
         name: of the command, whose other arguments are the client and integers.
         changes: optional argument to a function of those and of its number, or numbers.
-        lengths: arguments that are several numbers, and how many, or PAIR or SIGNED_PAIR.
+        lengths: arguments that are several numbers, and how many, or SIGNED, PAIR or SIGNED_PAIR.
         records: attribute of the scene with records by the first integer, if any.
         present: arguments to the record's attribute that is equal where they change nothing.
         kind: of what functions prepare by `prepare_write`.
         ignored: arguments that change nothing.
         ranks: arguments to `Properties.ranks`.
+        requests: attribute of the scene and arguments to `Properties.request_places`, if it has requests.
     """
     from roboyard.pybullet.fast.property_entries import IGNORED, PROPERTIES, Properties
 
@@ -170,8 +186,13 @@ def replace_properties(
     attributes = tuple((present or {}).get(argument) for argument in names)
     prepared = None if kind is None else PREPARED[kind]
     order = tuple((ranks or {}).get(argument, 0) for argument in names)
+    owner, written = requests or (None, {})
     state = Properties(
-        *(function, by_place, sizes, defaults, first, records, attributes), prepared=prepared, ranks=order
+        *(function, by_place, sizes, defaults, first, records, attributes),
+        prepared=prepared,
+        ranks=order,
+        requests=owner,
+        request_places=tuple(written.get(argument, ()) for argument in names),
     )
     replace(name, PROPERTIES, state)
 
@@ -223,9 +244,26 @@ def forget_write(
         prepare_write(name, argument, prepared, kind, places, None)
 
 
+def replace_appearance() -> None:
+    """Replace changeVisualShape and resetVisualShapeData."""
+    from roboyard.pybullet.fast.appearance_entries import APPEARANCE, AppearanceState
+
+    for name in ("changeVisualShape", "resetVisualShapeData"):
+        replace(name, APPEARANCE, AppearanceState(COMMANDS[name].function))
+
+
 def replace_lines() -> None:
-    """Replace addUserDebugLine, addUserDebugText, addUserDebugPoints and removeUserDebugItem."""
-    from roboyard.pybullet.fast.item_entries import LINE, POINTS, REMOVAL, TEXT, ItemState, RemovalState
+    """Replace what adds and removes debug drawings and sliders."""
+    from roboyard.pybullet.fast.item_entries import (
+        LINE,
+        POINTS,
+        REMOVAL,
+        SLIDER,
+        TEXT,
+        ItemState,
+        RemovalState,
+        SliderState,
+    )
     from roboyard.pybullet.state.debug_items import clock
 
     for name, front, place in (
@@ -236,6 +274,9 @@ def replace_lines() -> None:
         function = COMMANDS[name].function
         defaults: Any = function.__defaults__
         replace(name, front, ItemState(function, clock, defaults[place]))
+    name = "addUserDebugParameter"
+    function = COMMANDS[name].function
+    replace(name, SLIDER, SliderState(function, function.__defaults__ or ()))
     replace("removeUserDebugItem", REMOVAL, RemovalState(COMMANDS["removeUserDebugItem"].function))
 
 
@@ -249,15 +290,23 @@ def replace_contacts() -> None:
 
 def replace_detection() -> None:
     """Replace performCollisionDetection."""
-    from roboyard.pybullet.fast.detection_entries import DETECTION, KIND, DetectionState
+    from roboyard.pybullet.fast.steps.detection_entries import DETECTION, KIND, DetectionState
 
     name = "performCollisionDetection"
     replace(name, DETECTION, DetectionState(COMMANDS[name].function, PREPARED[KIND]))
 
 
+def replace_step() -> None:
+    """Replace stepSimulation."""
+    from roboyard.pybullet.fast.steps.step_entries import KIND, STEP, StepState
+
+    name = "stepSimulation"
+    replace(name, STEP, StepState(COMMANDS[name].function, PREPARED[KIND]))
+
+
 def replace_closest() -> None:
     """Replace getClosestPoints."""
-    from roboyard.pybullet.fast.closest_entries import CLOSEST, KIND, ClosestState
+    from roboyard.pybullet.fast.closest.entries import CLOSEST, KIND, ClosestState
 
     name = "getClosestPoints"
     replace(name, CLOSEST, ClosestState(COMMANDS[name].function, PREPARED[KIND]))

@@ -1,7 +1,7 @@
 """Debug drawings as machine code; see `fast_entries`.
 
-Lines, texts and points of numbers are stored as plain tuples, which `DebugItems` knows. Anything else goes to
-the Python functions.
+Lines, texts, points and sliders of numbers are stored as plain tuples, which `DebugItems` knows. Anything
+else goes to the Python functions.
 """
 
 from __future__ import annotations
@@ -24,6 +24,15 @@ def count_up(owner, name):
     made = PyLong_FromLongLong(PyLong_AsLongLong(attribute(owner, name)) + 1)
     PyObject_SetAttr(owner, name, made)
     Py_DecRef(made)
+
+@part
+def take(owner, name):
+    number = attribute(owner, name)
+    Py_IncRef(number)
+    made = PyLong_FromLongLong(PyLong_AsLongLong(number) + 1)
+    PyObject_SetAttr(owner, name, made)
+    Py_DecRef(made)
+    return number
 """
 
 
@@ -138,10 +147,7 @@ def store(state, items, made, replaced):
     table = attribute(items, word(state, TABLE))
     number = replaced if replaced != 0 and found(table, replaced) != 0 else 0
     if number == 0:
-        ids = attribute(items, word(state, IDS))
-        number = attribute(ids, word(state, NEXT))
-        Py_IncRef(number)
-        count_up(ids, word(state, NEXT))
+        number = take(attribute(items, word(state, IDS)), word(state, NEXT))
     else:
         Py_IncRef(number)
     PyDict_SetItem(table, number, made)
@@ -209,8 +215,12 @@ def text(state, given, count):
     size = plain(state, given[4]) if count > 4 else 1.0
     if size - size != 0.0:
         return 0
-    position = triple_of(state, given[2])
-    color = triple_of(state, given[3] if count > 3 else word(state, WHITE)) if position != 0 else 0
+    position, color = triple_of(state, given[2]), 0
+    if position != 0 and count > 3 and given[3] != word(state, WHITE):
+        color = triple_of(state, given[3])
+    elif position != 0:
+        color = word(state, WHITE)
+        Py_IncRef(color)
     ending = end_of(state, given, count, 5) if color != 0 else 0
     if ending == 0:
         if position != 0:
@@ -340,6 +350,60 @@ POINTS = Front(points_call, EntrySignature(_POINTS))
 """addUserDebugPoints."""
 
 
+class SliderState(NamedTuple):
+    """State of addUserDebugParameter; the machine code has the same order."""
+
+    command: Any
+    defaults: tuple[float, ...]
+    whole: int = 0
+    number: float = 0.0
+    text: str = ""
+    owner: str = "debug_items"
+    table: str = "_parameters"
+    ids: str = "_ids"
+    following: str = "_next"
+    revision: str = "revision"
+
+
+_SLIDER = f"""{COUNTED}
+COMMAND, DEFAULTS, WHOLE, NUMBER, TEXT, OWNER, TABLE, IDS, NEXT, REVISION = range(3, 13)
+{parts(PLAIN)}
+@part
+def slider(state, given, count):
+    total, name = 0.0, given[1]
+    for place in range(2, count):
+        total += plain(state, given[place])
+    if word(name, KIND) != word(word(state, TEXT), KIND) or total - total != 0.0:
+        return 0
+    made = PyTuple_New(4)
+    Py_IncRef(name)
+    PyTuple_SetItem(made, 0, name)
+    for place in range(2, 5):
+        value = given[place] if place < count else word(word(state, DEFAULTS), ITEMS + place - 2)
+        PyTuple_SetItem(made, place - 1, PyFloat_FromDouble(plain(state, value)))
+    return made
+
+def entry(state, given, count, keywords):
+    items = attribute(given[0], word(state, OWNER)) if keywords == 0 and 2 <= count <= 5 else 0
+    made = slider(state, given, count) if items != 0 else 0
+    if made == 0:
+        return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+    number = take(attribute(items, word(state, IDS)), word(state, NEXT))
+    PyDict_SetItem(attribute(items, word(state, TABLE)), number, made)
+    Py_DecRef(made)
+    count_up(items, word(state, REVISION))
+    return number
+"""
+
+
+def slider_call() -> None:
+    """Do nothing: the machine code is stored beside the code of this file."""
+
+
+SLIDER = Front(slider_call, EntrySignature(_SLIDER))
+"""addUserDebugParameter."""
+
+
 class RemovalState(NamedTuple):
     """State of removeUserDebugItem; the machine code has the same order."""
 
@@ -348,7 +412,7 @@ class RemovalState(NamedTuple):
     whole: int = 0
     owner: str = "debug_items"
     table: str = "_items"
-    parameters: str = "parameters"
+    parameters: str = "_parameters"
     revision: str = "revision"
 
 
@@ -379,5 +443,5 @@ REMOVAL = Front(removal_call, EntrySignature(_REMOVAL))
 """removeUserDebugItem."""
 
 
-for _front in (LINE, TEXT, POINTS, REMOVAL):
+for _front in (LINE, TEXT, POINTS, SLIDER, REMOVAL):
     vars(_front.core)["front"] = _front

@@ -6,6 +6,8 @@ the Python function of the command; see `fast_entries`. Two arguments that belon
 are given to the function of the first as a tuple. An argument that is as it was, which scripts often repeat,
 calls nothing where the state, or what is prepared, names the attribute that holds it.
 
+Where the state names requests, a call of one that is there writes all values into it.
+
 A function may prepare a `Write` of its argument: from then on the machine code does what the function would,
 until rows of MuJoCo's arrays change (`Engine.prepared`).
 """
@@ -21,7 +23,7 @@ from roboyard.description.mass_properties import LEAST_RATIO, MIN_INERTIA
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, NUMBER, PLAIN, TRIPLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
-from roboyard.pybullet.fast.pairs import PAIR
+from roboyard.pybullet.fast.pairs import PAIR, SIGNED, SIGNED_PAIR
 
 IGNORED = "ignored"
 """In place of a function: the argument changes nothing."""
@@ -65,9 +67,9 @@ class Write(NamedTuple):
     rises: bool = False
     """Whether a pair whose second number is smaller than the first goes to the function."""
     turns: bool = False
-    """Whether the value is a quaternion x, y, z, w, of which the owner's attribute is the one of length 1.
+    """Whether the value is a quaternion x, y, z, w, of which the other's attribute is the one of length 1.
 
-    The other's attribute is that again divided by its length, which the targets (4,) take with w first.
+    The targets (4,) take that with w first.
     """
     is_inertia: bool = False
     """Whether three numbers that are not the moments of a rigid body go to the function."""
@@ -80,7 +82,7 @@ class Properties(NamedTuple):
     changes: tuple[Any, ...]
     """By optional argument: a function of the client, the first arguments and this one, IGNORED or None."""
     lengths: tuple[int, ...]
-    """0 where that is a number, PAIR or SIGNED_PAIR; else of its numbers, which become a tuple of floats."""
+    """0 where that is a number, SIGNED, PAIR or SIGNED_PAIR; else of its numbers, which become a tuple."""
     defaults: tuple[Any, ...]
     first: int
     """Number of the first arguments, which are integers, with the client."""
@@ -100,12 +102,18 @@ class Properties(NamedTuple):
     """By optional argument: of those given, the one of largest size says which link all of them are of: the
     one that is given, or with a negative number the base."""
     base: int = -1
+    requests: str | None = None
+    """Attribute of the scene with lists by the first integer, of what has no record yet."""
+    request_places: tuple[tuple[int, ...], ...] = ()
+    """By optional argument: which elements of such a list become its value."""
+    signed_pair: int = SIGNED_PAIR
+    """Which is the same object in `lengths`, as all small numbers are."""
 
 
 _SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
-NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED, RANKS, BASE = range(11, 19)
+NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED, RANKS, BASE, REQUESTS, REQUEST_PLACES, PAIRED = range(11, 22)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
 MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES, TURNS, IS_INERTIA = range(11, 22)
 {parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE, NUMBER, ITEM, HAS_LENGTH)}
@@ -137,6 +145,18 @@ def has_numbers(state, values, length):
     return total - total == 0.0
 
 @part
+def second_of(state, given, count, place, at):
+    return given[place + 1] if place + 1 < count else word(word(state, DEFAULTS), at + 1)
+
+@part
+def is_given(state, given, count, place, at):
+    defaults = word(state, DEFAULTS)
+    if given[place] != word(defaults, at):
+        return True
+    is_pair = word(word(state, LENGTHS), at) == word(state, PAIRED)
+    return is_pair and second_of(state, given, count, place, at) != word(defaults, at + 1)
+
+@part
 def fits_change(state, given, count, place, first):
     at, value = ITEMS + place - first, given[place]
     if word(word(state, CHANGES), at) == word(state, NONE):
@@ -145,11 +165,14 @@ def fits_change(state, given, count, place, first):
     if length > 0:
         return has_numbers(state, value, length)
     found, least = single(state, value), 0.0
+    if length == {SIGNED}:
+        return abs(found) < 1e32 and found != single(state, word(word(state, DEFAULTS), at))
     if length < 0:
-        if place + 1 >= count or given[place + 1] == word(word(state, DEFAULTS), at + 1):
+        second = second_of(state, given, count, place, at)
+        if length == {PAIR} and second == word(word(state, DEFAULTS), at + 1):
             return False
         least = 0.0 if length == {PAIR} else -np.inf
-        second = single(state, given[place + 1])
+        second = single(state, second)
         if not second >= least or second - second != 0.0:
             return False
     return found >= least and found - found == 0.0
@@ -162,10 +185,10 @@ def accepts(state, given, count, first):
     place = first
     while place < count:
         at = ITEMS + place - first
-        is_given = given[place] != word(word(state, DEFAULTS), at)
-        if is_given and not fits_change(state, given, count, place, first):
+        is_here = is_given(state, given, count, place, at)
+        if is_here and not fits_change(state, given, count, place, first):
             return False
-        is_pair = is_given and PyLong_AsLongLong(word(word(state, LENGTHS), at)) < 0
+        is_pair = is_here and PyLong_AsLongLong(word(word(state, LENGTHS), at)) < {SIGNED}
         place += 2 if is_pair else 1
     return True
 
@@ -178,14 +201,64 @@ def record_of(state, given):
     return found(records, given[1]) if records != 0 else 0
 
 @part
+def four(x, y, z, w):
+    made = PyTuple_New(4)
+    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
+    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
+    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
+    PyTuple_SetItem(made, 3, PyFloat_FromDouble(w))
+    return made
+
+@part
+def request_of(state, given):
+    if word(state, REQUESTS) == word(state, NONE):
+        return 0
+    requests = attribute(attribute(given[0], word(state, SCENE)), word(state, REQUESTS))
+    return found(requests, given[1]) if requests != 0 else 0
+
+@part
+def places_of(state, given, place, first):
+    at = ITEMS + place - first
+    is_default = given[place] == word(word(state, DEFAULTS), at)
+    return word(state, NONE) if is_default else word(word(state, REQUEST_PLACES), at)
+
+@part
+def can_be_requested(state, given, count, first):
+    for place in range(first, count):
+        places = places_of(state, given, place, first)
+        if places != word(state, NONE) and word(places, SIZE) == 0:
+            return False
+    return True
+
+@part
+def requested_value(state, value, length):
+    if length < 3:
+        return PyFloat_FromDouble(single(state, value))
+    x, y, z = number_of(state, value, 0), number_of(state, value, 1), number_of(state, value, 2)
+    if length == 3:
+        return triple(x, y, z)
+    return four(x, y, z, number_of(state, value, 3))
+
+@part
+def request_change(state, given, count, first, request):
+    for place in range(first, count):
+        places = places_of(state, given, place, first)
+        if places != word(state, NONE):
+            length = PyLong_AsLongLong(word(word(state, LENGTHS), ITEMS + place - first))
+            made = requested_value(state, given[place], length)
+            for k in range(word(places, SIZE)):
+                Py_IncRef(made)
+                PyList_SetItem(request, PyLong_AsLongLong(word(places, ITEMS + k)), made)
+            Py_DecRef(made)
+
+@part
 def is_present(state, record, at, value, length):
     name = word(word(state, PRESENT), at)
     present = attribute(record, name) if name != word(state, NONE) else 0
     if present == 0:
         return False
     if length == 0:
-        is_number = word(present, KIND) == word(word(state, NUMBER), KIND)
-        return is_number and PyFloat_AsDouble(present) == plain(state, value)
+        return plain(state, present) == plain(state, value)
     if word(present, KIND) != word(word(state, CHANGES), KIND) or word(present, SIZE) != length:
         return False
     for k in range(length):
@@ -274,19 +347,11 @@ def is_written(state, write, value, length):
     Py_DecRef(made)
     marks = word(write, MARKS)
     for k in range(word(marks, SIZE)):
-        PyObject_SetAttr(word(write, MARKED), word(marks, ITEMS + k), word(write, TRUE))
+        if attribute(word(write, MARKED), word(marks, ITEMS + k)) != word(write, TRUE):
+            PyObject_SetAttr(word(write, MARKED), word(marks, ITEMS + k), word(write, TRUE))
     if word(write, LATE) != word(state, NONE):
         PyDict_SetItem(word(write, LATE), word(write, KEY), word(write, WORTH))
     return True
-
-@part
-def four(x, y, z, w):
-    made = PyTuple_New(4)
-    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
-    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
-    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
-    PyTuple_SetItem(made, 3, PyFloat_FromDouble(w))
-    return made
 
 @part
 def is_turned(state, write, value):
@@ -295,11 +360,11 @@ def is_turned(state, write, value):
     size = np.sqrt(x * x + y * y + z * z + w * w)
     if not size > 0.0 or size - size != 0.0:
         return False
-    if size != 1.0:
-        x, y, z, w = x / size, y / size, z / size, w / size
     made = four(x, y, z, w)
     PyObject_SetAttr(word(write, OWNER), word(write, NAME), made)
     Py_DecRef(made)
+    if size != 1.0:
+        x, y, z, w = x / size, y / size, z / size, w / size
     size = np.sqrt(x * x + y * y + z * z + w * w)
     x, y, z, w = x / size, y / size, z / size, w / size
     made = four(x, y, z, w)
@@ -347,6 +412,13 @@ def entry(state, given, count, keywords):
     if not fits or not accepts(state, given, count, first):
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
     record = record_of(state, given)
+    request = request_of(state, given) if record == 0 else 0
+    if request != 0:
+        if not can_be_requested(state, given, count, first):
+            return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
+        request_change(state, given, count, first, request)
+        Py_IncRef(word(state, NONE))
+        return word(state, NONE)
     passed = words()
     for place in range(first):
         passed[place] = given[place]
@@ -356,10 +428,12 @@ def entry(state, given, count, keywords):
     while place < count:
         at = ITEMS + place - first
         change, value = word(word(state, CHANGES), at), given[place]
+        is_here = is_given(state, given, count, place, at)
         place += 1
-        if value == word(word(state, DEFAULTS), at) or change == word(state, IGNORED):
+        if not is_here or change == word(state, IGNORED):
             continue
         length = PyLong_AsLongLong(word(word(state, LENGTHS), at))
+        length = 0 if length == {SIGNED} else length
         Py_IncRef(value)
         if length == 0 and plain(state, value) != plain(state, value):  # no plain number, as NumPy's
             Py_DecRef(value)
@@ -367,9 +441,11 @@ def entry(state, given, count, keywords):
         if length < 0:
             Py_DecRef(value)
             value, length = PyTuple_New(2), 2
-            for k in range(2):
-                Py_IncRef(given[place - 1 + k])
-                PyTuple_SetItem(value, k, given[place - 1 + k])
+            Py_IncRef(given[place - 1])
+            PyTuple_SetItem(value, 0, given[place - 1])
+            second = second_of(state, given, count, place - 1, at)
+            Py_IncRef(second)
+            PyTuple_SetItem(value, 1, second)
             place += 1
         if not is_done(state, passed, first, at, record, value, length):
             if length > 0:

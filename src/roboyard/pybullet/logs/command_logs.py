@@ -33,7 +33,7 @@ class CommandLog:
             error: the file cannot be written.
         """
         try:
-            self._file = client.output_files.path(name).open("wb")
+            self._file = client.output_files.open(name)
         except OSError as problem:
             raise failure(_FAILED, str(problem)) from None
         self._client = client

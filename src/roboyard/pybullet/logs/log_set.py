@@ -27,36 +27,37 @@ class LogSet:
     def __init__(self) -> None:
         """Start without recorders."""
         self._ids = Counter()
-        self._recorders: dict[int, Recorder] = {}
+        self.recorders: dict[int, Recorder] = {}
+        """Recorders by id."""
 
     def start(self, recorder: Recorder) -> int:
         """Add a recorder and return its id."""
         number = self._ids.take()
-        self._recorders[number] = recorder
+        self.recorders[number] = recorder
         return number
 
     def stop(self, number: int) -> None:
         """Close a recorder; an unknown id is ignored."""
-        recorder = self._recorders.pop(number, None)
+        recorder = self.recorders.pop(number, None)
         if recorder is not None:
             recorder.close()
 
     def stop_all(self) -> None:
         """Close all recorders."""
-        for number in list(self._recorders):
+        for number in list(self.recorders):
             self.stop(number)
 
     def first_of(self, kind: type[R]) -> R | None:
         """Return the first recorder of a class, or None."""
-        if not self._recorders:
+        if not self.recorders:
             return None
-        return next((each for each in self._recorders.values() if isinstance(each, kind)), None)
+        return next((each for each in self.recorders.values() if isinstance(each, kind)), None)
 
     def after_step(self) -> None:
         """Let every recorder append the step; stepSimulation calls this."""
-        for recorder in self._recorders.values():
+        for recorder in self.recorders.values():
             recorder.record()
 
     def __bool__(self) -> bool:
         """Whether any log is being written."""
-        return bool(self._recorders)
+        return bool(self.recorders)

@@ -6,7 +6,8 @@ Types are those of `struct`, little-endian without padding; each record starts w
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.api.math.rotations import getEulerFromQuaternion
@@ -51,12 +52,12 @@ class _RecordFile:
             error: the file cannot be written.
         """
         try:
-            self._file = client.output_files.path(name).open("wb")
+            self._file = client.output_files.open(name)
         except OSError as problem:
             raise failure("startStateLogging failed.", str(problem)) from None
         self._client = client
-        self._file.write(f"{','.join(names)}\n{types}\n".encode())
-        self._pack = struct.Struct(f"<{types}").pack
+        header, self._pack = _form_of(tuple(names), types)
+        self._file.write(header)
         self.steps = 0
 
     def write(self, values: Sequence[Any]) -> None:
@@ -66,6 +67,19 @@ class _RecordFile:
     def close(self) -> None:
         """Finish the file."""
         self._file.close()
+
+
+@lru_cache(16)
+def _form_of(names: tuple[str, ...], types: str) -> tuple[bytes, Callable[..., bytes]]:
+    """Return the header of a log with fields of these names and types, and what packs a record."""
+    return f"{','.join(names)}\n{types}\n".encode(), struct.Struct(f"<{types}").pack
+
+
+@lru_cache(16)
+def _robot_names(dofs: int, has_torques: bool) -> tuple[str, ...]:
+    """Return the names of the fields of a generic robot's record."""
+    letters = "qut" if has_torques else "qu"
+    return (*_ROBOT_NAMES, *(f"{letter}{i}" for letter in letters for i in range(dofs)))
 
 
 class ControllerLog(_RecordFile):
@@ -92,9 +106,7 @@ class RobotLog(_RecordFile):
             dofs: number of joints in a record.
             torques: bits of STATE_LOG_JOINT_TORQUES.
         """
-        names = [*_ROBOT_NAMES, *(f"q{i}" for i in range(dofs)), *(f"u{i}" for i in range(dofs))]
-        if torques:
-            names += [f"t{i}" for i in range(dofs)]
+        names = _robot_names(dofs, bool(torques))
         super().__init__(client, name, names, "IfifffffffffffffI" + "f" * (len(names) - len(_ROBOT_NAMES)))
         self._bodies, self._dofs, self._torques = frozenset(bodies), dofs, torques
         self.records_user_torques = bool(torques & c.STATE_LOG_JOINT_USER_TORQUES)

@@ -55,7 +55,7 @@ def _joints(record: BodyRecord) -> list[str]:
     for info in record.infos:
         joint, kind = info[0], info[2]
         if kind in (0, 1):
-            value = float(record.qpos[record.position_addresses[joint]])
+            value = record.qpos.item(record.position_addresses[joint])
             lines.append(f"p.resetJointState(body, {joint}, {value!r})")
         elif kind == 2:
             w, x, y, z = record.qpos[record.positions_of(joint)].tolist()

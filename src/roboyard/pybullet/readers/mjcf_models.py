@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from roboyard._records import NamedTuple, replace
+from roboyard._records import NamedTuple
 from roboyard.pybullet.bullet_rules.models import BodyModel, bullet_model
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.readers.mjcf import UNNAMED, MjcfModel, load_mjcf
@@ -61,11 +61,11 @@ def read_models(
             _files[key] = file
             while len(_files) > _CACHE_SIZE:
                 del _files[next(iter(_files))]
-        return [LoadedModel(part, replace(model), {}) for part, model in file.models]
+        return [LoadedModel(part, model.copied(), {}) for part, model in file.models]
     ahead = UNNAMED.count - file.first
     UNNAMED.count += file.counted
     # a base that is freed is noted in the copy
-    return [LoadedModel(part, replace(model), _renamed(part, model, ahead)) for part, model in file.models]
+    return [LoadedModel(part, model.copied(), _renamed(part, model, ahead)) for part, model in file.models]
 
 
 def _read(path: Path, search_paths: Sequence[Path], flags: int) -> _File:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from pathlib import Path
 from struct import Struct
+from typing import BinaryIO
 from zlib import crc32
 
 import numpy as np
@@ -22,15 +22,14 @@ _ALIGNMENT = 64
 """Bytes of which the length of an array's header is a multiple."""
 
 
-def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write arrays (...,) of numbers by name.
+def write_arrays(file: BinaryIO, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write arrays (...,) of numbers by name to an open file.
 
     Raises:
         OSError: the file cannot be written.
     """
     if sum(array.nbytes for array in arrays.values()) >= _LARGEST:
-        with path.open("wb") as file:
-            np.savez(file, allow_pickle=False, **dict(arrays))
+        np.savez(file, allow_pickle=False, **dict(arrays))
         return
     parts, directory, at = list[bytes](), list[bytes](), 0
     for name, array in arrays.items():
@@ -50,7 +49,7 @@ def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
         at += 4 + _MEMBER.size + len(file_name) + size
     length, count = sum(map(len, directory)), len(arrays)
     end = _END.pack(0, 0, count, count, length, at, 0)
-    path.write_bytes(b"".join((*parts, *directory, b"PK\x05\x06", end)))
+    file.write(b"".join((*parts, *directory, b"PK\x05\x06", end)))
 
 
 @lru_cache(256)

@@ -26,8 +26,10 @@ from roboyard.transforms import Array, conjugate, multiply, rotate
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
-    from roboyard.pybullet.bullet_rules.contact_reaches import PlacedShapes, ShapeBoxes
     from roboyard.pybullet.bullet_rules.link_trees import LinkTree
+    from roboyard.pybullet.bullet_rules.placed_shapes.boxes import ShapeBoxes
+    from roboyard.pybullet.bullet_rules.placed_shapes.placing import PlacedShapes
+    from roboyard.pybullet.bullet_rules.placed_shapes.plain_shapes import PlainShape
     from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds
     from roboyard.pybullet.face.arguments import Vector3
     from roboyard.sim.body import Body
@@ -200,6 +202,8 @@ class BodyRecord:
         self.collision_rows: dict[int, tuple[tuple[Any, ...], ...]] = {}
         """The fields of getCollisionShapeData by link, once they were asked for."""
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
+        self.velocity_limit: float | None = None
+        """Largest velocity of the joints set by a script (rad/s or m/s)."""
         self.chains: dict[tuple[int, ...], ChainArrays] = {}
         """Kinematic chains for inverse kinematics, by the links that have targets."""
         self.chain_places: Any = None
@@ -329,17 +333,15 @@ class BodyRecord:
             self._forms = model, margins, placed
         return self._forms[2]
 
-    def first_boxes(self, model: Any) -> tuple[Array, Array] | None:
+    def first_boxes(self, model: Any) -> tuple[Array, Array]:
         """Return boxes (n, 5, 3) around the links in the base's frame (m), and the first pose (7,).
 
-        The boxes are those in which Bullet adds the links. None where the pose is not known.
+        The boxes are those in which Bullet adds the links, at the pose, which is known.
         """
-        if self.first_pose is None:
-            return None
         key = self.kind, self.is_mjcf, tuple(self._changed_margins())
         known: dict[Any, Array] = of_model(self.model, "first boxes", _nothing)
         if key not in known:
-            from roboyard.pybullet.bullet_rules.contact_reaches import first_boxes
+            from roboyard.pybullet.bullet_rules.placed_shapes.first_boxes import first_boxes
 
             options = {"at_inertial": self.kind != MULTIBODY, "is_mjcf": self.is_mjcf}
             covers, links = self.forms(model).covers, self.model.links
@@ -347,13 +349,24 @@ class BodyRecord:
             known[key] = covers if is_at_link else first_boxes(covers, links, **options)
         return known[key], np.array(self.first_pose)
 
-    def _place_shapes(self, rows: Sequence[Sequence[int]]) -> PlacedShapes:
-        from roboyard.pybullet.bullet_rules.contact_reaches import cover_of, place_shapes, plain_shape
+    def plain_shape(self) -> PlainShape | None:
+        """Return the only shape of a body of one link, where its numbers follow from half sizes."""
+        shared = self.model.shared
+        if "plain" not in shared:
+            from roboyard.pybullet.bullet_rules.placed_shapes.plain_shapes import plain_shape
 
-        bounds = [self.bounds(link - 1) for link in range(len(self.links))]
-        plain = plain_shape(self.model.links, *bounds[0], rows)
-        if plain is not None:
-            return plain
+            is_one = len(self.links) == 1
+            shared["plain"] = plain_shape(self.model.links, self.bounds(-1)[0]) if is_one else None
+        found: PlainShape | None = shared["plain"]
+        return found
+
+    def _place_shapes(self, rows: Sequence[Sequence[int]]) -> PlacedShapes:
+        from roboyard.pybullet.bullet_rules.placed_shapes.boxes import cover_of
+        from roboyard.pybullet.bullet_rules.placed_shapes.placing import place_plain, place_shapes
+
+        bounds, plain = [self.bounds(link - 1) for link in range(len(self.links))], self.plain_shape()
+        if plain is not None and len(rows[0]) == 1:
+            return place_plain(plain, bounds[0][1], rows[0][0])
         widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
         compound = [
             max(kind - CONVEX, int(box.kind == "compound" and not is_field(link.collisions)))
@@ -414,7 +427,7 @@ class BodyRecord:
         self.fixed_poses = None
         if self._data is not data:  # a body keeps its rows as long as MuJoCo's arrays are the same
             rows, positions, velocities = body.mujoco_ids, body.qpos_addresses, body.dof_addresses
-            self._look_up(data, map(int, rows), map(int, positions), map(int, velocities))
+            self._look_up(data, rows.tolist(), positions.tolist(), velocities.tolist())
             self._look_up_base(body.free_qpos, body.free_dof)
 
     def refresh_alone(self, lone: LoneBody) -> None:
@@ -547,7 +560,7 @@ def _kinds_of(model: BodyModel) -> list[list[int]]:
 
 
 def _shape_boxes(model: BodyModel) -> ShapeBoxes:
-    from roboyard.pybullet.bullet_rules.contact_reaches import body_boxes
+    from roboyard.pybullet.bullet_rules.placed_shapes.boxes import body_boxes
 
     links = model.description.links
     options = {"implicit_cylinder": model.implicit_cylinder, "two_spheres": model.has_two_spheres}

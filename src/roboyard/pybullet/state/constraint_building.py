@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import sqrt
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
 
 def requested_constraint(scene: ConstraintScene, number: int, request: ConstraintRequest) -> ConstraintRecord:
     """Return the record, with the World's constraint, of a request."""
-    parent, link, child, child_link, kind, axis, position, child_position, turn, child_turn = request
+    parent, link, child, child_link, kind, axis, position, child_position, turn, child_turn, *rest = request
+    max_force, ratio, _, target, erp, bound = rest
     record = ConstraintRecord(
         number=number,
         parent=(parent, link),
@@ -29,9 +31,14 @@ def requested_constraint(scene: ConstraintScene, number: int, request: Constrain
         kind=kind,
         axis=axis,
         parent_position=position,
-        parent_orientation=IDENTITY if turn is None else unit(turn),
+        parent_orientation=turn,
         child_position=child_position,
-        child_orientation=IDENTITY if child_turn is None else unit(child_turn),
+        child_orientation=child_turn,
+        max_force=max_force,
+        bound=bound,
+        gear_ratio=ratio,
+        relative_position_target=target,
+        erp=erp,
     )
     build(scene, record)
     return record
@@ -123,6 +130,13 @@ def regear(scene: ConstraintScene, record: ConstraintRecord) -> bool:
     return True
 
 
+def bound_again(scene: ConstraintScene, records: Iterable[ConstraintRecord]) -> None:
+    """Bound constraints whose largest force the script has not set, after the time step has changed."""
+    for record in records:
+        if record.made is not None and not record.is_bounded:
+            scene.world.constraints.set_max_force(record.made, record.max_force / scene.world.timestep)
+
+
 def remove(scene: ConstraintScene, record: ConstraintRecord) -> None:
     """Remove the World's constraint, if it exists."""
     if record.anchor is not None:
@@ -138,17 +152,17 @@ def remove(scene: ConstraintScene, record: ConstraintRecord) -> None:
 
 def parent_frame(scene: ConstraintScene, record: ConstraintRecord) -> tuple[Vector3, Quaternion]:
     """Return the (3,) position (m) and (4,) orientation of the joint in the parent's link frame."""
-    return _in_link_frame(scene, record.parent, record.parent_position, record.parent_orientation)
+    return _in_link_frame(scene, record.parent, record.parent_position, unit(record.parent_orientation))
 
 
 def child_frame(scene: ConstraintScene, record: ConstraintRecord) -> tuple[Vector3, Quaternion]:
     """Return the (3,) position (m) and (4,) orientation in the child's link frame or the world."""
-    return _in_link_frame(scene, record.child, record.child_position, record.child_orientation)
+    return _in_link_frame(scene, record.child, record.child_position, unit(record.child_orientation))
 
 
 def place_in_child(scene: ConstraintScene, record: ConstraintRecord, position: Vector3) -> Vector3:
     """Return the (3,) place (m) in the child's link frame, or the world, of one in its inertial frame."""
-    return _in_link_frame(scene, record.child, position, record.child_orientation)[0]
+    return _in_link_frame(scene, record.child, position, unit(record.child_orientation))[0]
 
 
 def _in_link_frame(

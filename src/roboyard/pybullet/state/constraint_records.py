@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from roboyard._records import dataclass
+from roboyard.pybullet.face import constants as c
 
 if TYPE_CHECKING:
     from roboyard.pybullet.face.arguments import Quaternion, Vector3
@@ -18,10 +19,18 @@ if TYPE_CHECKING:
 DEFAULT_MAX_FORCE = 500.0
 WORLD = -1
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
-ConstraintRequest = tuple[
-    int, int, int, int, int, "Vector3", "Vector3", "Vector3", "Quaternion | None", "Quaternion | None"
-]
-"""Checked arguments of createConstraint, vectors of floats; None for the identity."""
+ConstraintRequest = list[Any]
+"""The fields of getConstraintInfo, and the largest force (N or N m) where the script has set it, or None.
+
+The arguments are checked, and vectors are tuples of floats."""
+CHILD_POSITION, CHILD_TURN, MAX_FORCE, GEAR_RATIO = 7, 9, 10, 11
+GEAR_TARGET, GEAR_ERP, BOUND = 13, 14, 15
+"""Places of fields in a request."""
+
+ROWS = {c.JOINT_FIXED: 6, c.JOINT_PRISMATIC: 5, c.JOINT_POINT2POINT: 3, c.JOINT_GEAR: 1}
+"""Number of forces and torques of each kind."""
+NO_EFFORTS = {kind: (0.0,) * count for kind, count in ROWS.items()}
+"""Answers of getConstraintState of each kind before the first step."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -41,11 +50,11 @@ class ConstraintRecord:
     parent_position: Vector3
     """Joint position in the parent (m)."""
     parent_orientation: Quaternion
-    """Joint orientation in the parent (x, y, z, w)."""
+    """Joint orientation in the parent (x, y, z, w), of any length."""
     child_position: Vector3
     """Joint position in the child or the world (m)."""
     child_orientation: Quaternion
-    """Joint orientation in the child or the world (x, y, z, w)."""
+    """Joint orientation in the child or the world (x, y, z, w), of any length; zeros are the identity."""
     max_force: float = DEFAULT_MAX_FORCE
     """Largest force (N) or torque (N m)."""
     bound: float | None = None

@@ -59,7 +59,7 @@ def contacts_between(scene: Any, wanted: tuple[int, int, int, int]) -> tuple[Poi
     loops = kernels()
     known = last.listed(places, count)
     if known is None:
-        arrays = _copied(world, count, places, scene.contact_reaches())
+        arrays = _copied(world, count, places, scene.shapes.contact_reaches())
         found = loops.list_contacts(arrays, float(scene.parts), *wanted)
     else:
         arrays, bundle = known
@@ -181,7 +181,7 @@ def _look_at(scene: Any) -> _Seen:
     return _Seen(
         arrays=arrays,
         geoms=scene.world.live_data.contact.geom.copy(),
-        reaches=scene.contact_reaches() if is_open.any() else None,
+        reaches=scene.shapes.contact_reaches() if is_open.any() else None,
         records=scene.records(),
         parts=scene.parts,
         order=scene.world.stepping.forces.contact_order(len(arrays.distance)).tolist(),
@@ -349,7 +349,7 @@ class LastStep:
         if in_place is None:
             return None
         contacts, force, counts, starts = in_place
-        reaches, known = self._scene.contact_reaches(), self._listed
+        reaches, known = self._scene.shapes.contact_reaches(), self._listed
         points = self._scene.world.stepping.manifolds.points
         if known is not None:
             arrays = known[0]
@@ -382,7 +382,7 @@ class LastStep:
         arrays, bundle = known
         if (
             arrays.places is places
-            and arrays.reaches is scene.contact_reaches()
+            and arrays.reaches is scene.shapes.contact_reaches()
             and arrays.order is world.stepping.manifolds.points.listing
         ):
             prepared[0] = (

@@ -101,7 +101,8 @@ class DebugItems:
         self._ids = Counter()
         self._items: dict[int, Stored] = {}
         """By id."""
-        self.parameters: dict[int, Parameter] = {}
+        self._parameters: dict[int, Parameter | tuple[str, float, float, float]] = {}
+        """By id; machine code stores them as plain tuples."""
         self.revision = 0
 
     def add(self, item: Item, replaces: int = -1) -> int:
@@ -112,17 +113,27 @@ class DebugItems:
         self.revision += 1
         return number
 
+    @property
+    def parameters(self) -> dict[int, Parameter]:
+        """Sliders and buttons by id."""
+        stored: Any = self._parameters
+        for number, one in stored.items():
+            if type(one) is tuple:
+                name, lower, upper, value = one
+                stored[number] = Parameter(name=name, lower=lower, upper=upper, value=value)
+        return stored
+
     def add_parameter(self, parameter: Parameter) -> int:
         """Add a slider or button and return its id."""
         number = self._ids.take()
-        self.parameters[number] = parameter
+        self._parameters[number] = parameter
         self.revision += 1
         return number
 
     def remove(self, number: int) -> None:
         """Remove a drawing or a parameter; an unknown id is ignored."""
         self._items.pop(number, None)
-        self.parameters.pop(number, None)
+        self._parameters.pop(number, None)
         self.revision += 1
 
     def remove_drawings(self) -> None:
@@ -132,7 +143,7 @@ class DebugItems:
 
     def remove_parameters(self) -> None:
         """Remove all sliders and buttons."""
-        self.parameters.clear()
+        self._parameters.clear()
         self.revision += 1
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from os import F_OK, access, getcwd
+from os import F_OK, access, getcwd, pardir
 from os.path import isabs, isfile, islink, join, normcase, samefile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.file_mounts import FileMounts
 
 _MOST_TARGETS = 256
-_PREFIXES = tuple(map(Path, (".", "data", "../data", "../../data", "../../../data", "../../../../data")))
+_FOLDERS = tuple(join(*([pardir] * up), "data") for up in range(5))  # noqa: PTH118
+"""Where files are looked for beside the working directory: its data folder, and those above."""
 
 
 class SearchPath:
@@ -31,13 +32,14 @@ OF_PROCESS = SearchPath()
 
 
 @lru_cache(maxsize=256)
-def _candidates(search_path: Path | None, name: str) -> tuple[tuple[str, Path], ...]:
+def _candidates(search_path: Path | None, name: str) -> tuple[str, ...]:
     """Return where a file is looked for, in order, kept: to put paths together takes longer than to look."""
-    found: list[Path] = []
+    found = dict[str, None]()
     for given in (Path(name), *([Path(f"{search_path}/{name}")] if search_path else [])):
-        relative = given.relative_to(given.anchor)
-        found += [given, *(folder / relative for folder in _PREFIXES)]
-    return tuple({str(file): file for file in found}.items())
+        place = str(given)
+        relative = place.removeprefix(given.anchor) or "."
+        found |= dict.fromkeys((place, relative, *(join(folder, relative) for folder in _FOLDERS)))  # noqa: PTH118
+    return tuple(found)
 
 
 def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = None) -> Path | None:
@@ -53,8 +55,9 @@ def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = N
         mounts: mounts of the fileIOPlugin, searched last.
     """
     try:
-        for place, file in _candidates(search_path, name):
+        for place in _candidates(search_path, name):
             if access(place, F_OK) and isfile(place):  # noqa: PTH113 - many times as fast as that of the path
+                file = _named(place)
                 if islink(place):  # noqa: PTH114
                     return _target(place, file)
                 return file if isabs(place) else file.absolute()  # noqa: PTH117

@@ -279,10 +279,9 @@ def _boxes_as_added(record: BodyRecord, model: Any) -> Array:
 
     Not numbers where these are not known, and for links without shapes.
     """
-    first = record.first_boxes(model)
-    if first is None:
+    if record.first_pose is None:
         return np.full((len(record.rows), 6), np.nan)
-    covers, pose = first
+    covers, pose = record.first_boxes(model)
     turn = matrix_from_quaternion(pose[3:])
     half = np.abs(covers[:, 1:4] @ turn.T).sum(axis=1) + covers[:, 4]
     middle = covers[:, 0] @ turn.T + pose[:3]

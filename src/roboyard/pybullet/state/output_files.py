@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import BinaryIO
 
 from roboyard._records import dataclass
 from roboyard.untrusted.files import FileRefusedError, is_inside
+
+_BUFFER = 1 << 16
+"""Bytes that are written at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,6 +20,15 @@ class OutputFiles:
     """True for a script's own world: any file, relative to the working folder."""
     folder: Path | None = None
     """Otherwise the folder that nothing may leave; None where nothing may be written."""
+
+    def open(self, name: str) -> BinaryIO:
+        """Open a file of this name for writing.
+
+        Raises:
+            OSError: it cannot be opened, or may not be written.
+        """
+        # with a given size, Python asks for no more about the file than that it is none but a folder
+        return open(name if self.is_free else self.path(name), "wb", buffering=_BUFFER)  # noqa: PTH123
 
     def path(self, name: str) -> Path:
         """Return where a file of this name is written.

@@ -12,7 +12,6 @@ from roboyard.description.model import Inertial
 from roboyard.pybullet.bullet_rules.models import IMMOVABLE_MASS, BodyModel, never_turns
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
-from roboyard.pybullet.bullet_rules.shape_rows import ShapeRows
 from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.constants import JOINT_REVOLUTE
 from roboyard.pybullet.face.errors import failure
@@ -31,6 +30,7 @@ from roboyard.pybullet.state.engine_parameters import (
 )
 from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
 from roboyard.pybullet.state.pair_filters import NO_SELF_COLLISIONS, PairFilters, SelfCollisions
+from roboyard.pybullet.state.scene_shapes import SceneShapes
 from roboyard.pybullet.state.textures import Textures
 from roboyard.sim.link import Link
 from roboyard.sim.mujoco_library import stop_timers
@@ -39,14 +39,10 @@ from roboyard.sim.world import World
 from roboyard.transforms import conjugate, rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
-    from roboyard.pybullet.bullet_rules.shape_rows import Numbers
     from roboyard.pybullet.state.body_records import SceneBoxes
-    from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.pybullet.state.reactions.joint_reactions import JointWrenches, WrenchFinder
     from roboyard.sim.body import Body
     from roboyard.sim.pool.lone_bodies import LoneBody
-    from roboyard.sim.stepping.shape_forms import ShapeForms
 
 HELD_INERTIA = 1e9
 """Inertia (kg m² or kg) of the motor of a joint that nothing moves."""
@@ -88,6 +84,8 @@ class PhysicsScene:
         self.constraint_ids = Counter(1)
         self.requested: dict[int, ConstraintRequest] = {}
         """Constraints of machine code that are not built yet, by id; one that is removed before never is."""
+        self.constraint_order: list[int] = []
+        """Ids of all constraints, in the order of getConstraintUniqueId."""
         self.world.constraints.before_entering = self.build_requested
         self.world.constraints.before_reuse = self._keep_wrenches
         self.states: dict[int, Any] = {}
@@ -105,20 +103,11 @@ class PhysicsScene:
         self.pending_commands: set[MotorCommands] = set()
         """Motor commands of bodies that are not applied to the World yet."""
         self.filters = PairFilters(self.world, self.bodies)
-        self._query_shapes: QueryShapes | None = None
-        self._shape_places: tuple[int, dict[int, tuple[int, int, float]]] = (-1, {})
-        """Revision of the World, and MuJoCo geom to body, link and margin (m) of shapes that were hit."""
-        self._margin_shapes: MarginShapes | None = None
+        self.shapes = SceneShapes(self.world, self._records_by_world_id, self.filters)
         self.new_bodies: dict[int, BodyRecord] = {}
         """Bodies by number whose boxes are still those in which Bullet added their links."""
         self.link_boxes: tuple[int, SceneBoxes] | None = None
         """Revision of the World, and boxes around the links of all bodies."""
-        self.shape_rows = ShapeRows()
-        """Margins, reaches and forms of shapes."""
-        self.world.surfaces.margins_of = self.geom_margins
-        self.world.surfaces.reaches_of = self.contact_reaches
-        self.world.surfaces.forms_of = self.shape_forms
-        self.world.stepping.manifolds.first_boxes = self.first_boxes
         self._scratch: Any = None
         self.scratch_arrays: tuple[Any, ...] = ()
         """Positions, velocities and accelerations of `scratch_data`."""
@@ -292,10 +281,11 @@ class PhysicsScene:
         self.last_step.remove_body(number)
         if record.motor_commands is not None:
             self.pending_commands.discard(record.motor_commands)
-        for key in [key for key, held in self._constraints.items() if held.involves(number)]:
-            del self._constraints[key]
-        for key in [key for key, request in self.requested.items() if number in (request[0], request[2])]:
-            del self.requested[key]
+        lost = {key for key, held in self._constraints.items() if held.involves(number)}
+        lost.update(key for key, request in self.requested.items() if number in (request[0], request[2]))
+        for key in [key for key in reversed(self.constraint_order) if key in lost]:
+            del (self.requested if key in self.requested else self._constraints)[key]
+            drop_from_order(self.constraint_order, key)
         self.textures.remove_body(record, self.world)
         self.new_bodies.pop(number, None)
         self.world.remove(record.body)
@@ -409,11 +399,6 @@ class PhysicsScene:
             self.build_requested()
         return self._constraints
 
-    @property
-    def constraint_numbers(self) -> list[int]:
-        """Ids of all constraints, in the order they were created; those that are only requested come last."""
-        return [*self._constraints, *self.requested]
-
     def build_requested(self) -> None:
         """Build the constraints that were only requested."""
         if not self.requested:
@@ -438,57 +423,6 @@ class PhysicsScene:
             self.scratch_arrays = data.qpos, data.qvel, data.qacc
         return self._scratch
 
-    def geom_margins(self) -> Any:
-        """Return the (ngeom,) margins by which Bullet's shapes are larger than MuJoCo's (m)."""
-        return self._shape_numbers()[0]
-
-    def contact_reaches(self) -> Any:
-        """Return the (ngeom,) gaps (m) up to which Bullet keeps the points of contacts."""
-        return self._shape_numbers()[1]
-
-    def shape_forms(self) -> ShapeForms:
-        """Return boxes around shapes, whether these are parts of compounds, their edges and hulls."""
-        return self._shape_numbers()[2]
-
-    def first_boxes(self, body: int) -> tuple[Any, Any] | None:
-        """Return boxes (n, 5, 3) around a body's links, by its id in the World, and its first pose (7,).
-
-        The boxes are in the base's frame (m). None where the pose is not known.
-        """
-        record = self._records_by_world_id.get(body)
-        return None if record is None else record.first_boxes(self.world.live_model)
-
-    def _shape_numbers(self) -> Numbers:
-        """Return margins, reaches and forms of all shapes."""
-        return self.shape_rows.numbers(self.world, self._records_by_world_id)
-
-    def place_of(self, geom: int) -> tuple[int, int, float]:
-        """Return body, link and Bullet's margin (m) of a MuJoCo geom."""
-        revision, places = self._shape_places
-        if revision != self.world.revision:
-            self._shape_places = self.world.revision, (places := {})
-        if geom not in places:
-            body, link = self.world.geom_owners[geom].tolist()
-            places[geom] = self.record_of(body).number, link - 1, float(self.geom_margins()[geom])
-        return places[geom]
-
-    @property
-    def margin_shapes(self) -> MarginShapes:
-        """The shapes whose margins rays may start in."""
-        if self._margin_shapes is None:
-            from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
-
-            self._margin_shapes = MarginShapes(self.world, self.geom_margins, self.shown_geoms, self.filters)
-        return self._margin_shapes
-
-    def shown_geoms(self, geoms: Any, mask: int) -> Any:
-        """Return those of some MuJoCo geoms (k,) whose groups share a bit with a mask."""
-        if not len(geoms) or self.filters.shows_all(mask):
-            return geoms
-        return geoms[[self.filters.shows(*self.place_of(geom)[:2], mask) for geom in geoms.tolist()]]
-
-    # -------------------------------------------------------------------------------------------------- time
-
     def apply_parameters(self) -> None:
         """Apply gravity and the time step to the World."""
         p = self.parameters
@@ -498,8 +432,13 @@ class PhysicsScene:
             self.build_requested()
         self._applied_revision = p.revision
         self.world.gravity = p.gravity
-        if p.time_step > 0:
-            self.world.timestep = p.time_step / max(1, p.sub_steps)
+        timestep = p.time_step / max(1, p.sub_steps)
+        if p.time_step > 0 and timestep != self.world.timestep:
+            self.world.timestep = timestep
+            if self._constraints:
+                from roboyard.pybullet.state.constraint_building import bound_again
+
+                bound_again(self, self._constraints.values())
         solver, profile = self.world.stepping.in_turn, self.world.profile
         if profile.motor_rounds:
             rounds = 0 if p.others.get(SOLVER) == DANTZIG else max(p.iterations, 1)
@@ -617,12 +556,26 @@ class PhysicsScene:
             self._step_in_parts(parts)
         else:
             world.step()
+        self._note_step()
+
+    def end_step(self, answer: int) -> None:
+        """Do what `step` does after the compiled loop of `World.direct_step`, which returned this answer."""
+        self.world.end_directly(answer)
+        self._note_step()
+
+    def _note_step(self) -> None:
         self.frames_are_old = False
         self.single_reads = 0
-        self.frames_revision = self.motor_revision = world.revision
+        self.frames_revision = self.motor_revision = self.world.revision
         self.last_step.drop()
         self._motor_forces = None
         self._wrenches = None
+
+    @property
+    def knows_parameters(self) -> bool:
+        """Whether the next step has the settings of the last one, and there is a time to advance by."""
+        parameters = self.parameters
+        return self._applied_revision == parameters.revision and parameters.time_step > 0
 
     def _step_in_parts(self, parts: int) -> None:
         """Advance by one time step, with what scripts have acting in each of its parts."""
@@ -656,20 +609,10 @@ class PhysicsScene:
             return None
         return world.live_data.xfrc_applied.copy(), world.live_data.qfrc_applied.copy()
 
-    @property
-    def query_shapes(self) -> QueryShapes:
-        """World for distance queries of shapes that belong to no body, created on first use."""
-        if self._query_shapes is None:
-            from roboyard.pybullet.state.query_shapes import QueryShapes
-
-            self._query_shapes = QueryShapes()
-        return self._query_shapes
-
     def release(self) -> None:
         """Free everything: the parts reference each other, and MuJoCo's arrays are large."""
         self.world.release()
-        if self._query_shapes is not None:
-            self._query_shapes.release()
+        self.shapes.release()
         vars(self).clear()
 
     def frames(self, *, fresh: bool) -> Any:

@@ -30,7 +30,9 @@ class RenderShapes:
         self._by_body: dict[int, dict[int, list[ShapeAppearance]]] = {}
         self._dirty = True
         self._changes: dict[tuple[int, int, int, str], tuple[Body, Any]] = {}
-        """New values by body, link, shape (-1: all) and field, in the order in which they apply."""
+        """New values by body, link, shape (-1: all) and field."""
+        self._are_in_order = False
+        """Whether they are in the order in which they apply; it matters where one is of a single shape."""
         self.deforming: dict[int, Callable[[], TriangleMesh]] = {}
         """By body id: the mesh of a soft body as it is now; the same object while it keeps its shape."""
 
@@ -94,11 +96,15 @@ class RenderShapes:
     def change_later(self, body: Body, link_index: int, shape_index: int, name: str, value: Any) -> None:
         """Replace a field of a link's render shape, or of all with -1, when they are next looked at."""
         key = body.id, link_index, shape_index, name
-        self._changes.pop(key, None)
+        if shape_index >= 0:
+            self._are_in_order = True
+        if self._are_in_order:
+            self._changes.pop(key, None)
         self._changes[key] = body, value
 
     def _apply_changes(self) -> None:
         waiting, self._changes = self._changes, {}
+        self._are_in_order = False
         for (_, link, place, name), (body, value) in waiting.items():
             for index, look in enumerate(self.without_late_changes(body).get(link, ())):
                 shape = look.shape

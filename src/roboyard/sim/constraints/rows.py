@@ -68,6 +68,16 @@ class ConstraintRows:
             return None
         return bounds[equality : equality + 1], self._written[equality]
 
+    def share_place(self, constraint: Constraint) -> np.ndarray | None:
+        """Return where a share of a constraint is written (1,) while MuJoCo's arrays are the same.
+
+        None where the next step reads all shares.
+        """
+        if self.bound_places(constraint) is None or self._shares is None:
+            return None
+        equality = constraint.element.id
+        return np.asarray(self._shares)[equality : equality + 1]
+
     def write_bound(self, constraint: Constraint) -> bool:
         """Write a finite bound where another was; return False where steps read all bounds first."""
         places = self.bound_places(constraint)

@@ -25,7 +25,10 @@ NEARLY = 1e-9
 template."""
 SHORTEST = 1e-5
 """Length scale (m) that MuJoCo assumes for a body without shapes."""
-_IDENTITY = (0.0, 0.0, 0.0, 1.0)
+_NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+_NO_POSE = Pose()
+_ALL, _ONE = (True,) * 6, (True, True, None, None)
+"""Layouts of frames that are the same, with and without an inertial."""
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
@@ -35,8 +38,12 @@ class Numbers:
     signature: tuple[Any, ...]
     """All other properties of the body."""
     mass: MassProperties | None
-    size: Array
-    """(3,) MuJoCo's sizes of all geoms, which coincide (m)."""
+    kind: int
+    """MuJoCo's type of all geoms, which coincide; -1 without any."""
+    sizes: tuple[float, float, float]
+    """MuJoCo's sizes of the geoms (m)."""
+    is_plain: bool
+    """Whether geoms and inertial are at the link's frame, and no geom is a visual one."""
     pose: Pose
     """Pose of all geoms in the link frame."""
     colors: list[RGBA]
@@ -50,7 +57,7 @@ def numbers_of(description: RobotDescription, options: BuildOptions) -> Numbers 
     link, scale = description.links[0], options.scale
     visuals = link.visuals if options.visual_geoms else ()
     shapes = (*link.collisions, *visuals)
-    kind, size, pose = None, np.zeros(3), Pose()
+    kind, sizes, pose = -1, (0.0, 0.0, 0.0), _NO_POSE
     if shapes:
         geometry, origin = shapes[0].geometry, shapes[0].origin
         if not isinstance(geometry, Box | Sphere | Cylinder | Capsule):
@@ -62,26 +69,33 @@ def numbers_of(description: RobotDescription, options: BuildOptions) -> Numbers 
                 origin.quaternion,
             ):
                 return None
-        kind, size, used = plain_size(geometry, scale)
-        if not used.min() > SMALLEST:
+        found, size, used = plain_size(geometry, scale)
+        kind, sizes = int(found), tuple(size.tolist())
+        if not min(used.tolist()) > SMALLEST:
             return None
         x, y, z = origin.position
-        pose = Pose(position=(x * scale, y * scale, z * scale), quaternion=origin.quaternion)
+        if (x, y, z) != _NOWHERE or origin.quaternion != _IDENTITY:
+            pose = Pose(position=(x * scale, y * scale, z * scale), quaternion=origin.quaternion)
     inertial, mass, centre = link.inertial, None, None
     if inertial is not None:
         mass = mass_properties(inertial, scale)
         if not mass.mass > 0.0 or mass.note:
             return None
-        centre = Pose(position=_tuple(mass.position), quaternion=_tuple(mass.quaternion))
+        place, turn = _tuple(mass.position), _tuple(mass.quaternion)
+        is_there = place == _NOWHERE and turn == _IDENTITY
+        centre = _NO_POSE if is_there else Pose(position=place, quaternion=turn)
     elif not options.fixed_base:
         return None
-    layout = _layout(Pose(), pose, centre)
+    is_plain = pose is _NO_POSE and (centre is None or centre is _NO_POSE)
+    layout = _layout(_NO_POSE, pose, centre) if not is_plain else _ONE if centre is None else _ALL
     if layout is None:
         return None
     return Numbers(
         signature=(options, kind, len(link.collisions), len(visuals), link.contact, layout),
         mass=mass,
-        size=size,
+        kind=kind,
+        sizes=sizes,
+        is_plain=is_plain and kind >= 0 and not visuals,
         pose=pose,
         colors=[paint(visual) for visual in visuals],
     )
@@ -100,7 +114,7 @@ def analytic_template(
         blocks = _mass_blocks(mass, wxyz, is_free=is_free)
     reach = None
     if geoms:
-        own = {"size": numbers.size, "pos": position, "quat": quaternion}
+        own = {"size": np.array(numbers.sizes), "pos": position, "quat": quaternion}
         geoms = [fields | own for fields in geoms]
         for fields, color in zip(geoms[family.collisions :], numbers.colors, strict=True):
             fields["rgba"] = color
@@ -198,7 +212,7 @@ def _add_geom_blocks(
 ) -> float:
     """Add the arrays that depend on the geoms' size and pose; return the radius around each geom (m)."""
     count, kinds = len(family.geoms), mujoco.mjtGeom
-    a, b, c = numbers.size.tolist()
+    a, b, c = numbers.sizes
     match family.geoms[0]["type"]:
         case kinds.mjGEOM_SPHERE:
             half, reach, b = (a, a, a), a, 0.0

@@ -20,13 +20,14 @@ from typing import Any
 import numpy as np
 
 from roboyard._mujoco import mujoco
-from roboyard._records import dataclass
+from roboyard._records import NamedTuple, dataclass
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets
 from roboyard.sim.build.planned import Friction, PlannedBody
 from roboyard.sim.build.records import Built
 from roboyard.sim.pool.analytic_templates import Numbers, numbers_of
 from roboyard.sim.pool.model_memory import memory_of
+from roboyard.sim.pool.plain_rows import PlainRows, rows_of, write
 from roboyard.sim.pool.templates import BodyTemplate, row_starts, write_elements
 from roboyard.transforms import to_wxyz
 
@@ -93,6 +94,14 @@ Change = tuple[int, BodyTemplate, BodyTemplate]
 """Place of a body among all, its template, and the one whose numbers the model has."""
 
 
+class Changes(NamedTuple):
+    """The bodies whose numbers are others."""
+
+    plain: tuple[int, ...]
+    """Places among all of those whose numbers are written at once; see `plain_rows`."""
+    others: list[Change]
+
+
 @dataclass(kw_only=True, slots=True, eq=False)
 class KeptWorld:
     """A compiled spec as it was right after its first compile."""
@@ -118,26 +127,31 @@ class KeptWorld:
     """Those of bodies whose numbers were written, by their places."""
     starts: dict[int, dict[str, int]] = field(default_factory=dict)
     """First rows of these bodies in each kind of array."""
+    plain: dict[tuple[int, ...], PlainRows] = field(default_factory=dict)
+    """Rows of bodies whose numbers were written at once, by their places."""
 
-    def changes(self, key: CompileKey, find: Find) -> list[Change] | None:
+    def changes(self, key: CompileKey, find: Find) -> Changes | None:
         """Return the bodies whose numbers are others by a key; None where they cannot be written."""
         if key.compared != id(self.key) and not key.is_like(self.key):
             return None
-        found: list[Change] = []
+        plain, others = list[int](), list[Change]()
         for place in key.others:
             numbers, former = key.numbers_at(place), self.templates.get(place)
             if numbers is None:
                 return None
+            if numbers.is_plain:  # and so were those that are there, which have the same signature
+                plain.append(place)
+                continue
             if former is None:
                 ours = self.key.numbers_at(place)
                 former = None if ours is None else find(self.key.bodies[place], ours)
             template = find(key.bodies[place], numbers)
             if template is None or former is None or template.family is not former.family:
                 return None
-            found.append((place, template, former))
-        return found
+            others.append((place, template, former))
+        return Changes(tuple(plain), others)
 
-    def renew(self, key: CompileKey, changes: Sequence[Change]) -> None:
+    def renew(self, key: CompileKey, changes: Changes) -> None:
         """Give model and data the numbers of a compile with this key.
 
         Only the extent of the scene, from which viewers choose where they look from, stays as it was.
@@ -150,7 +164,10 @@ class KeptWorld:
         self.memory[:] = self.numbers
         model.stat.meaninertia = self.inertia
         is_moved, arrays = False, dict[str, np.ndarray]()
-        for place, template, former in changes:
+        has_changed = bool(changes.plain or changes.others)
+        if changes.plain:
+            self._write_plain(key, changes.plain)
+        for place, template, former in changes.others:
             self._change(place, template, former, arrays)
         for built, body, known in zip(self.built, key.bodies, self.key.bodies, strict=True):
             element, joint, wxyz = built.links[0].element, built.free_joint, to_wxyz(body.quaternion)
@@ -164,12 +181,29 @@ class KeptWorld:
                 for values in (model.qpos0, model.qpos_spring):
                     values[first : first + 3], values[first + 3 : first + 7] = body.position, wxyz
         mujoco.mj_resetData(model, data)
-        if is_moved or changes:
+        if is_moved or has_changed:
             mujoco.mj_setConst(model, data)
             bound_inverse_weights(model)
             mujoco.mj_resetData(model, data)
-        if changes:
+        if has_changed:
             model.stat.meaninertia = self.inertia = float(model.dof_M0.mean()) if model.nv else self.inertia
+
+    def _write_plain(self, key: CompileKey, places: tuple[int, ...]) -> None:
+        """Write the numbers of bodies of simple shapes, by their places, into the model and the spec."""
+        numbers = [one for place in places if (one := key.numbers_at(place)) is not None]
+        rows = self.plain.get(places)
+        if rows is None:
+            bodies = [self.built[place].links[0].element.id for place in places]
+            rows = self.plain[places] = rows_of(self.model, bodies, numbers)
+        write(self.model, rows, numbers)
+        for place, one in zip(places, numbers, strict=True):
+            record = self.built[place].links[0]
+            record.link, record.mass = key.bodies[place].description.root, one.mass
+            if one.mass is not None:
+                record.element.mass, record.element.inertia = one.mass.mass, one.mass.principal
+            for geom in record.geoms:
+                geom.size = one.sizes
+            self.templates.pop(place, None)
 
     def _change(
         self, place: int, template: BodyTemplate, former: BodyTemplate, arrays: dict[str, np.ndarray]

@@ -25,6 +25,8 @@ INACTIVE_FIELDS = (*MASKS, "geom_rgba")
 """Fields in which an inactive body of one link differs from an active one."""
 INACTIVE_JOINTS = ("jnt_limited", "dof_frictionloss")
 """Fields of joints in which it differs, too: inactive joints add no constraints to the solver."""
+FEW_USES = 4
+"""Bodies that have used a pooled body from which on all its rows are written at once."""
 _OF_BODIES, _NONE = int(mujoco.mjtObj.mjOBJ_BODY), np.zeros(0, bool)
 _NOWHERE, _UNTURNED = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -50,6 +52,8 @@ class PooledBody:
     """Whether no body has used it yet."""
     is_former: bool = False
     """Whether it was compiled as a body."""
+    uses: int = 0
+    """Number of bodies that have used it."""
     starts: dict[str, int] = field(default_factory=dict)
     """First row in each kind of array."""
     edits: int = -1
@@ -161,14 +165,15 @@ class PoolRows:
             else:
                 names = INACTIVE_FIELDS if slot.built is None else (*INACTIVE_FIELDS, *INACTIVE_JOINTS)
         else:
-            # the places of all bytes take longer to find than to write the blocks once
-            names = () if not slot.is_pristine and self._write_whole(slot, template) else blocks
+            # the places of all bytes take longer to find than to write the blocks a few times
+            names = () if slot.uses >= FEW_USES and self._write_whole(slot, template) else blocks
         for label in names:
             block, start = blocks[label], starts[kinds[label]]
             self._array(label)[start : start + len(block)] = block
         if slot.built is not None and not (slot.is_pristine and options.contype == template.options.contype):
             self._set_masks(slot, options)
         slot.template, slot.is_pristine, slot.edits = template, False, self._engine.element_edits
+        slot.uses += 1
         row, first, data = starts["body"], starts["qpos"], self._engine.live_data
         self._array("body_pos")[row] = position
         self._array("body_quat")[row] = wxyz

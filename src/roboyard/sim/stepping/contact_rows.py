@@ -17,7 +17,7 @@ import numpy as np
 from roboyard._lazy import lazy_module
 from roboyard._mujoco import mujoco
 from roboyard.sim.stepping.impulses import records as r
-from roboyard.sim.stepping.manifolds import Manifolds
+from roboyard.sim.stepping.manifolds import FIRST_CONTACTS, Manifolds
 from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
 from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.transforms import Array
@@ -32,6 +32,8 @@ make rows besides those of contacts.
 
 Results differ from those with MuJoCo's rows in the last digits; the pairs are part of a saved state, so that
 it goes on to the last bit."""
+FIRST_ROWS = 48, 512
+"""Rows, and entries of their Jacobian, for which a world has room before it has more."""
 _NO_CONTACTS = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 _NO_ROWS = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
 Collide = Callable[[Callable[..., None], Any, Any], None]
@@ -103,7 +105,7 @@ class ContactRows:
     def __init__(self) -> None:
         self.counts = np.zeros(6, np.int32)
         """Numbers of contacts, of rows (equalities, dry friction, limits, all), of the Jacobian's entries."""
-        self._rows, self._address = _rows(0, 0), np.zeros(0, np.int32)
+        self._rows, self._address = _rows(*FIRST_ROWS), np.full(FIRST_CONTACTS, -1, np.int32)
         self._counted: Any = None
         """The search among these rows."""
         self._model: Any = None

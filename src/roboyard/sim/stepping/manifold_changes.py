@@ -22,22 +22,23 @@ UNKNOWN = 1e8
 """Half size (m) from which on a box is not known."""
 
 
-@compiled("i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1]")
-def write_first_boxes(links, boxes, pose, leaves, bounds):  # pragma: no cover
-    """Write boxes parallel to the world's axes around the new links of a body where it was made.
+@compiled("i4[::1] f8[:,:,::1] f8[:,::1] i4[::1] f8[:,::1]")
+def write_first_boxes(links, boxes, poses, leaves, bounds):  # pragma: no cover
+    """Write boxes parallel to the world's axes around the new links of bodies where these were made.
 
-    links: (n,) of the body, as MuJoCo's bodies. boxes: (n, 5, 3) as of `ShapeForms.covers`, but in the base's
-    frame (m). pose: (7,) place (m) and quaternion (x, y, z, w), of any length, of the base. leaves: (nbody,)
-    below 0 for new links. bounds: (nbody, 6) least and largest coordinates (m), written where they are known.
+    links: (n,) of the bodies, as MuJoCo's bodies. boxes: (n, 5, 3) as of `ShapeForms.covers`, but in the
+    bases' frames (m). poses: (n, 7) place (m) and quaternion (x, y, z, w), of any length, of the base of
+    each. leaves: (nbody,) below 0 for new links. bounds: (nbody, 6) least and largest coordinates (m),
+    written where they are known.
     """
-    x, y, z, w = pose[3], pose[4], pose[5], pose[6]
-    size = np.sqrt(x * x + y * y + z * z + w * w)
-    x, y, z, w = x / size, y / size, z / size, w / size
     for k in range(links.shape[0]):
         link = links[k]
         if leaves[link] >= 0:
             continue
-        box, known = boxes[k], True
+        box, pose, known = boxes[k], poses[k], True
+        x, y, z, w = pose[3], pose[4], pose[5], pose[6]
+        size = np.sqrt(x * x + y * y + z * z + w * w)
+        x, y, z, w = x / size, y / size, z / size, w / size
         for axis in range(3):
             if axis == 0:
                 a, b, c = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)

@@ -9,7 +9,7 @@ few steps.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -68,6 +68,8 @@ changes = lazy_module("roboyard.sim.stepping.manifold_changes")
 renumbering = lazy_module("roboyard.sim.stepping.broad_phase.renumbering")
 face_contacts = lazy_module("roboyard.sim.stepping.face_contacts")
 
+FIRST_CONTACTS = 24
+"""Contacts for which a world has room before it has more."""
 _MULTIPLE = int(mujoco.mjtDisableBit.mjDSBL_MULTICCD)
 _OWNERS, _SETS = "owners of geoms", 4
 """Name in `Engine.of_arrays`, and number of sets of bodies that are kept."""
@@ -84,9 +86,9 @@ _BLANK = mujoco.MjContact()
 """Given to MuJoCo for contacts that are written then."""
 
 
-FirstBoxes = Callable[[int], "tuple[Array, Array] | None"]
-"""Returns the (n, 5, 3) boxes around the links of a body, by its id, in the base's frame, and the (7,) pose
-of the base when the body was made, as for `write_first_boxes`; None where these are not known."""
+FirstBoxes = Callable[[Sequence[int]], "tuple[Sequence[int], Array, Array]"]
+"""Returns which of some bodies, by id, were made at known places, (n, 5, 3) boxes around all their links in
+the bases' frames (m), and the (n, 7) pose of the base for each link, as for `write_first_boxes`."""
 
 
 class Manifolds:
@@ -309,12 +311,12 @@ class Manifolds:
 
     def _write_first_boxes(self) -> None:
         """Write the boxes in which new links were made, for the next step."""
-        first_boxes, points = self.first_boxes, self.points
-        if first_boxes is not None:
-            for body, links in self._new.items():
-                found = first_boxes(body)
-                if found is not None:
-                    changes().write_first_boxes(links, *found, points.leaves, points.bounds)
+        points = self.points
+        if self.first_boxes is not None:
+            bodies, boxes, poses = self.first_boxes(list(self._new))
+            if len(bodies):
+                links = np.concatenate([self._new[body] for body in bodies])
+                changes().write_first_boxes(links, boxes, poses, points.leaves, points.bounds)
         self._new.clear()
 
     def move(
@@ -431,7 +433,7 @@ class Manifolds:
             grown = grown._replace(refreshed=points.refreshed)
         grown.notes[:] = points.notes
         grown.notes[[FULL, RENUMBERED, SORTED]] = 0, 2, 0
-        self.points = grown
+        self.points = self._world.of_arrays[_POINTS] = grown
         self._world.drop_prepared()
 
     def _bind(self, model: Any, data: Any) -> None:
@@ -470,7 +472,8 @@ class Manifolds:
         met = (0, 0, 0) if kept is None else (*map(len, (kept.met.states, kept.met.ranked, kept.met.nodes)),)
         every = items * (items - 1) // 2  # of all links or shapes, those of no body yet, too
         meeting = min(every, max(16 * items, 4096))
-        room = old.keys.shape[1], max(meeting, old.pairs.shape[1], *met[:2], 16)
+        pairs = max(old.keys.shape[1], min(every, FIRST_CONTACTS))
+        room = pairs, max(meeting, old.pairs.shape[1], *met[:2], 16)
         made: Points | None = world.of_arrays.get(_POINTS)
         if made is None or not has_room(made, *room, nodes=met[2]):
             self.points = make_points(order.copy(), *room, met[2])

@@ -258,28 +258,34 @@ class Surfaces:
             self._world.refresh_stepping()
 
     def restitution_places(self, link: Link) -> list[Array] | None:
-        """Return views (1,) of all places with a link's restitution, which was set, until arrays change.
-
-        None where some do not exist yet.
-        """
+        """Return views (1,) of all places with a link's restitution, until arrays change; None if not set."""
+        self._look_up_now()
         return self._places(link, self._restitution, self._restitution_rows)
 
     def compliance_places(self, link: Link) -> list[Array] | None:
         """Return views (2,) of all places with a link's compliance; see `restitution_places`."""
+        self._look_up_now()
         return self._places(link, self._compliance, self._compliance_rows)
 
     def damping_places(self, link: Link) -> list[Array] | None:
         """Return views (4,) of all places with a link's drag; see `restitution_places`."""
+        self._look_up_now()
         kept = self._damping.get((link.body.id, link.index))
-        if kept is None or (self._damping_rows is None and not self._world.is_stale):
+        if kept is None:
             return None
         if self._world.is_stale or self._damping_rows is None:
             return [kept]
         return [kept, self._damping_rows[link.body.mujoco_ids[link.index]]]
 
+    def _look_up_now(self) -> None:
+        """Look up the arrays before the next step does, where they are those of the world."""
+        world = self._world
+        if not world.is_stale and (self._damping_rows is None or self._restitution_rows is None):
+            self._look_up(world.live_model, world.live_data)
+
     def _places(self, link: Link, table: dict[tuple[int, int], Array], rows: Any) -> list[Array] | None:
         kept = table.get((link.body.id, link.index))
-        if kept is None or (self._restitution_rows is None and not self._world.is_stale):
+        if kept is None:
             return None
         if self._world.is_stale:
             return [kept]

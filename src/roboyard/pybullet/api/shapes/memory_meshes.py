@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.number_lists import finite_rows, integers_up_to
 from roboyard.shapes.mesh import TriangleMesh, read_only
 
 Vector = Sequence[float]
@@ -32,22 +33,26 @@ def mesh_of(
     Raises:
         error: there are too few points, an index is out of range, or the points are coplanar.
     """
-    points = np.array(vertices, dtype=float).reshape(-1, 3)
-    if not np.isfinite(points).all() or len(points) < 3:
+    read = finite_rows(vertices, 3)
+    points = np.array(vertices, dtype=float).reshape(-1, 3) if read is None else read
+    if len(points) < 3 or (read is None and not np.isfinite(points).all()):
         raise failure(
             "createCollisionShape failed.", f"a mesh needs at least three finite vertices, got {len(points)}"
         )
     if indices is None or not len(indices):
         return _hull(points.tobytes())
-    faces = np.array(indices, dtype=np.int64).reshape(-1, 3)
-    if faces.min() < 0 or faces.max() >= len(points):
-        raise failure(
-            "createCollisionShape failed.",
-            f"indices must be 0 to {len(points) - 1}, got {faces.min()} to {faces.max()}",
-        )
+    faces = integers_up_to(indices, len(points) - 1)
+    if faces is None:
+        faces = np.array(indices, dtype=np.int64)
+        if faces.min() < 0 or faces.max() >= len(points):
+            raise failure(
+                "createCollisionShape failed.",
+                f"indices must be 0 to {len(points) - 1}, got {faces.min()} to {faces.max()}",
+            )
+    points.setflags(write=False)
     return TriangleMesh(
-        vertices=read_only(points, np.float64),
-        faces=read_only(faces, np.int32),
+        vertices=points,
+        faces=read_only(faces.reshape(-1, 3), np.int32),
         normals=_per_vertex(normals, len(points), 3),
         uv=_per_vertex(uvs, len(points), 2),
     )
@@ -77,4 +82,8 @@ def _hull(numbers: bytes) -> TriangleMesh:
 def _per_vertex(values: Sequence[Vector] | None, count: int, width: int) -> np.ndarray | None:
     if values is None or len(values) != count:
         return None
-    return read_only(np.array(values, dtype=float).reshape(count, width), np.float64)
+    made = finite_rows(values, width)
+    if made is None:
+        made = np.array(values, dtype=float).reshape(count, width)
+    made.setflags(write=False)
+    return made

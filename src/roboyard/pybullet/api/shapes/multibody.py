@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache, partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
@@ -19,7 +18,6 @@ from roboyard.description.model import (
     Joint,
     JointType,
     Limit,
-    Link,
     Mesh,
     Plane,
     Pose,
@@ -28,7 +26,7 @@ from roboyard.description.model import (
     Visual,
 )
 from roboyard.errors import RoboyardError
-from roboyard.pybullet.bullet_rules.models import BodyModel, LinkModel, world_description
+from roboyard.pybullet.bullet_rules.models import BodyModel, LinkModel, plain_description
 from roboyard.pybullet.bullet_rules.shape_bounds import link_bounds
 from roboyard.pybullet.bullet_rules.shape_inertia import Moments, shape_moments
 from roboyard.pybullet.face import constants as c
@@ -158,7 +156,7 @@ def createMultiBody(
     for position in places:
         try:
             record = scene.add(
-                model if len(places) == 1 else replace(model),
+                model if len(places) == 1 else model.copied(),
                 vector3(position, _FAILED),
                 place[1],
                 self_collisions=self_collisions(whole(flags)),
@@ -182,7 +180,7 @@ def _lone_model(scene: PhysicsScene, mass: float, collision: int, visual: int, f
         known = _lone_models[key] = shapes, look, model
         while len(_lone_models) > CACHE_SIZE:
             del _lone_models[next(iter(_lone_models))]
-    return replace(known[2])  # a base that is freed is noted there
+    return known[2].copied()  # a base that is freed is noted there
 
 
 def _link(scene: PhysicsScene, name: str, mass: float, collision: int, visual: int, frame: Pose) -> LinkModel:
@@ -284,12 +282,7 @@ def _described(*links: tuple[Any, ...]) -> tuple[RobotDescription, dict[str, Any
     Cached, so equal links share one object.
     """
     models = [LinkModel(**dict(zip(_VALUES, values, strict=True))) for values in links]
-    described = RobotDescription(
-        name="",
-        links=tuple(Link(name=k.name, visuals=k.visuals, collisions=k.collisions) for k in models),
-        joints=tuple(k.joint for k in models if k.joint is not None),
-    )
-    return world_description(described, models), {}
+    return plain_description(models), {}
 
 
 def _pose(position: Vector, orientation: Vector) -> Pose:

@@ -10,6 +10,7 @@ import numpy as np
 from roboyard.pybullet.face.arguments import text, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.number_lists import integers_up_to
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 
 if TYPE_CHECKING:
@@ -54,7 +55,9 @@ def changeTexture(
     if isinstance(pixels, bytes | bytearray | memoryview):
         values = np.frombuffer(pixels, dtype=np.uint8)
     else:
-        values = np.asarray(pixels).astype(np.uint8).reshape(-1)
+        values = integers_up_to(pixels, 255)
+        if values is None:
+            values = np.asarray(pixels).astype(np.uint8).reshape(-1)
     if len(values) != whole(width) * whole(height) * 3:
         raise failure(
             "Error: invalid arguments in changeTexture.",

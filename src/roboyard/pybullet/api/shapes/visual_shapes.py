@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import lru_cache, partial
 from posixpath import dirname, join, normpath
 from typing import TYPE_CHECKING, Any
@@ -39,7 +38,7 @@ from roboyard.pybullet.face.arguments import (
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.fast.fast_commands import replace_properties, replace_settings
+from roboyard.pybullet.fast.fast_commands import replace_appearance, replace_settings
 from roboyard.pybullet.state.file_search import find_file
 from roboyard.transforms import conjugate, multiply, rotate
 
@@ -249,7 +248,8 @@ def changeVisualShape(
         rgba = record.colors[linkIndex + 1] = quaternion(rgbaColor, "Error resetting visual shape info")
     fields: dict[str, Any] = {}
     if specularColor is not None and vector3_or(specularColor, _NOWHERE) is not _NOWHERE:
-        fields["specular"] = sum(vector3(specularColor, "")) / 3.0
+        r, g, b = vector3(specularColor, "")
+        fields["specular"] = (r + g + b) / 3.0
     if whole(textureUniqueId) >= -1:
         fields["texture"] = scene.textures.image(textureUniqueId, scene.world)
     if rgba is not None and whole(shapeIndex) >= -1:
@@ -407,16 +407,16 @@ def _visual(
         if path is None:
             return None
         geometry: Geometry = Mesh(uri=file_name, path=path, scale=vector3_or(mesh_scale, _UNIT))
+    elif kind == c.GEOM_MESH and vertices is not None and len(vertices):
+        from roboyard.pybullet.api.shapes.memory_meshes import mesh_of
+
+        data = mesh_of(vertices, indices, normals, uvs)
+        geometry = Mesh(uri="", path=None, scale=vector3_or(mesh_scale, _UNIT), data=data)
     else:
         geometry = plain_geometry(
             *(client, kind, radius, half_extents, length, file_name, mesh_scale, normal),
             *(vertices, indices, message),
         )
-    if isinstance(geometry, Mesh) and geometry.data is not None:
-        from roboyard.pybullet.api.shapes.memory_meshes import mesh_of
-
-        assert vertices is not None
-        geometry = replace(geometry, data=mesh_of(vertices, indices, normals, uvs))
     made = Visual(
         geometry=geometry,
         origin=pose_of(position, orientation),
@@ -448,39 +448,4 @@ def _change(client: Client, record: BodyRecord, link: int, shape: int, fields: d
 
 
 START.later(partial(replace_settings, "setDebugObjectColor"))
-
-
-def _change_color(client: Client, body: int, link: int, rgba: tuple[float, float, float, float]) -> None:
-    """Change the colour of all shapes of a link."""
-    scene = client.scene
-    record = scene.bodies.get(body)
-    if record is not None and -1 <= link < record.joint_count:
-        record.colors[link + 1] = rgba
-        scene.world.render_shapes.change_later(record.body, link + 1, -1, "rgba", rgba)
-
-
-def _change_specular(client: Client, body: int, link: int, rgb: tuple[float, float, float]) -> None:
-    """Change the specular colour of all shapes of a link."""
-    scene = client.scene
-    record = scene.bodies.get(body)
-    if record is not None and -1 <= link < record.joint_count:
-        scene.world.render_shapes.change_later(record.body, link + 1, -1, "specular", sum(rgb) / 3.0)
-
-
-def _change_texture(client: Client, body: int, link: int, texture: int) -> None:
-    """Change the texture of all shapes of a link."""
-    scene = client.scene
-    record = scene.bodies.get(body)
-    if record is not None and -1 <= link < record.joint_count:
-        image = scene.textures.image(whole(texture), scene.world)
-        scene.world.render_shapes.change_later(record.body, link + 1, -1, "texture", image)
-
-
-CHANGES: Mapping[str, Any] = {
-    "rgbaColor": _change_color,
-    "specularColor": _change_specular,
-    "textureUniqueId": _change_texture,
-}
-"""Arguments of changeVisualShape that change one property, to what does so where only such ones are given."""
-_LENGTHS = {"rgbaColor": 4, "specularColor": 3}
-START.later(partial(replace_properties, "changeVisualShape", CHANGES, _LENGTHS))
+START.later(replace_appearance)

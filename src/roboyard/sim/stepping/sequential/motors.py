@@ -23,7 +23,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.constraints.constraints import Constraints
 from roboyard.sim.constraints.records import Ends
 from roboyard.sim.engine import Engine
-from roboyard.sim.stepping.contact_rows import ContactRows
+from roboyard.sim.stepping.contact_rows import FIRST_ROWS, ContactRows
 from roboyard.sim.stepping.impulses import records as r
 from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.narrow_phase.kept_fields import kept_fields
@@ -406,7 +406,7 @@ class SequentialMotors:
             made, self.contact_rows = known
             self.contact_rows.invalidate()
         if made is None or len(made.order) < len(self._solver.order):
-            rows = max(len(self._solver.order), 16)
+            rows = max(len(self._solver.order), FIRST_ROWS[0])
             made = arrays.of_solver(rows, model.nv, model.nbody, model.ntree, self._width)
         else:
             made.ends[:], made.rules[:] = -1, 0.0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.native import can_call
-from roboyard.pybullet.fast import closest_kernels as kernels
+from roboyard.pybullet.fast.closest import kernels
 from roboyard.sim.mujoco_library import mujoco_library
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class ClosestSearch:
 
     def arguments(self) -> tuple[Any, ...]:
         """Return the compiled loop and its first arguments, which are the same while MuJoCo's arrays are."""
-        return kernels.closest_points, self._shapes, self.scene.geom_margins()
+        return kernels.closest_points, self._shapes, self.scene.shapes.geom_margins()
 
     def points(self, first: Side, second: Side, limit: float) -> tuple[Point, ...]:
         """Return the rows of getClosestPoints of two sides' shapes within a distance (m)."""
@@ -54,7 +54,9 @@ class ClosestSearch:
             moved = int(len(a) + len(b) <= FEW)
             if not moved:
                 world.link_frames(keeps_last=True)
-        found = kernels.closest_points(self._shapes, scene.geom_margins(), a, b, limit, moved, out, pairs)
+        found = kernels.closest_points(
+            self._shapes, scene.shapes.geom_margins(), a, b, limit, moved, out, pairs
+        )
         return rows_of(first.places, second.places, out, pairs, found)
 
 

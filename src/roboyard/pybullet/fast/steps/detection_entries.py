@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from roboyard._records import NamedTuple
+from roboyard.native import loaded
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
@@ -161,7 +162,7 @@ def prepare(scene: PhysicsScene) -> None:
     if found is None or updates.arguments is None or not world.keeps_frames:
         return
     known[0] = (
-        *(world, scene.last_step, frame_updates.update_frames, *updates.arguments, updates.kept),
-        *(found.kept, found.manifolds, found.collide, found.collided, found.execute, found.executed),
-        *(found.finish, found.shift, found.shifted),
+        *(world, scene.last_step, loaded(frame_updates.update_frames), *updates.arguments, updates.kept),
+        *(found.kept, found.manifolds, loaded(found.collide), found.collided),
+        *(loaded(found.execute), found.executed, found.finish, loaded(found.shift), found.shifted),
     )

@@ -11,14 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.pybullet.bullet_rules.contact_reaches import (
-    ENDLESS_BOX,
-    ENDLESS_COVER,
-    NO_HULL,
-    PlacedShapes,
-    contact_reaches,
-)
+from roboyard._records import NamedTuple
+from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins, margins_of_rows, special_margins
+from roboyard.pybullet.bullet_rules.placed_shapes.boxes import ENDLESS_BOX, ENDLESS_COVER, NO_HULL
+from roboyard.pybullet.bullet_rules.placed_shapes.placing import PlacedShapes
+from roboyard.pybullet.bullet_rules.placed_shapes.plain_shapes import PlainShape, boxes_of
 from roboyard.sim.stepping.shape_forms import ShapeForms
 
 if TYPE_CHECKING:
@@ -30,6 +28,16 @@ _SHAPES, _SHAPE_SETS = "shapes of bodies", 4
 Numbers = tuple[np.ndarray, np.ndarray, ShapeForms]
 Hulls = dict[int, tuple[int, np.ndarray]]
 """First corner of each hull among those of all, and the hull, by its id; shapes have them in common."""
+
+
+class PlainPlace(NamedTuple):
+    """A body of one plain shape, and where it is in MuJoCo's arrays."""
+
+    shape: PlainShape
+    margin: float
+    """Of the shape (m)."""
+    geom: int
+    body: int
 
 
 class ShapeRows:
@@ -78,20 +86,23 @@ class ShapeRows:
         found = kept.get(key)
         if found is None:
             cylinders, triangles = list[int](), list[int]()
+            placed, plain = list[tuple[PlacedShapes, np.ndarray]](), list[PlainPlace]()
+            reaches = list[tuple[Any, Sequence[float]]]()
             for record in records:
-                rows = record.body.mujoco_ids
+                rows, place = record.body.mujoco_ids, _plain_place(record)
+                if place is not None:
+                    plain.append(place)
+                    continue
                 concave, has_cylinders = record.of_model("margins", special_margins)
                 if has_cylinders:
                     cylinders += rows.tolist()
                 triangles += [int(rows[index]) for index in concave]
-            forms, hulls = shape_forms(
-                model, [(record.forms(model), record.body.mujoco_ids) for record in records]
-            )
-            numbers = (
-                geom_margins(model, cylinders, triangles),
-                contact_reaches(model, ((record.body.mujoco_ids, record.reaches()) for record in records)),
-                forms,
-            )
+                placed.append((record.forms(model), rows))
+                reaches.append((rows, record.reaches()))
+            if plain:
+                reaches.append(([place.body for place in plain], [place.shape.reach for place in plain]))
+            forms, hulls = shape_forms(model, placed, plain)
+            numbers = geom_margins(model, cylinders, triangles), contact_reaches(model, reaches), forms
             # with what the key has the ids of
             found = kept[key] = numbers, hulls, [record.model.shared for record in records]
             while len(kept) > _SHAPE_SETS:
@@ -101,45 +112,92 @@ class ShapeRows:
     def _update(self, world: World, model: Any, records: Mapping[int, Any]) -> bool:
         """Write the rows of bodies that came or went; return whether all were, which new hulls prevent."""
         placed = self._placed
-        gone = [key for key in placed if key not in records]
-        come = [key for key in records if key not in placed]
-        forms = [placed[key].forms(model) for key in gone], [records[key].forms(model) for key in come]
+        gone = [(key, record, _plain_place(record)) for key, record in placed.items() if key not in records]
+        come = [(key, record, _plain_place(record)) for key, record in records.items() if key not in placed]
+        forms = [None if place is not None else record.forms(model) for _, record, place in come]
         hulls = self._hulls
-        if any(len(hull) and id(hull) not in hulls for form in forms[1] for hull in form.hulls):
+        if any(form is not None and _has_new(form, hulls) for form in forms):
             return False
         if self._key is not None:  # no longer the numbers of that set of bodies
             world.of_arrays.get(_SHAPES, {}).pop(self._key, None)
             self._key = None
-        margins, reaches, shapes = self._numbers
-        for key, form in zip(gone, forms[0], strict=True):
-            rows = form.rows
-            margins[rows], reaches[rows] = margins_of_rows(model, form.geoms, has_cylinders=False), np.inf
-            shapes.boxes[rows], shapes.parts[rows] = ENDLESS_BOX, ENDLESS_COVER
-            shapes.covers[placed[key].body.mujoco_ids] = ENDLESS_COVER
-            shapes.rounding[rows] = shapes.compound[rows] = shapes.visits[rows] = shapes.spans[rows] = 0
+        for key, record, place in gone:
+            if place is not None:
+                self._forget(place.geom, place.body, 0.0)
+            else:
+                form = record.forms(model)
+                margins = margins_of_rows(model, form.geoms, has_cylinders=False)
+                self._forget(form.rows, record.body.mujoco_ids, margins)
             del placed[key]
-        for key, form in zip(come, forms[1], strict=True):
-            rows, record = form.rows, records[key]
-            has_cylinders = record.of_model("margins", special_margins)[1]
-            margins[rows] = margins_of_rows(model, form.geoms, has_cylinders=has_cylinders)
-            reaches[rows] = _of_geoms(record.reaches(), record.body.geom_rows)
-            shapes.boxes[rows], shapes.parts[rows] = form.boxes, form.parts
-            shapes.covers[record.body.mujoco_ids] = form.covers
-            shapes.rounding[rows], shapes.compound[rows] = form.rounding, form.compound
-            shapes.visits[rows] = form.visits
-            shapes.spans[rows] = 0
-            if form.has_hulls:
-                shapes.spans[form.geoms] = [_span(hull, hulls) for hull in form.hulls]
+        for (key, record, place), form in zip(come, forms, strict=True):
+            if place is not None:
+                self._write_plain(place)
+            elif form is not None:
+                self._write(model, record, form)
             placed[key] = record
         return True
 
+    def _forget(self, geoms: Any, bodies: Any, margins: Any) -> None:
+        """Write the rows of shapes of no body.
 
-def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -> tuple[ShapeForms, Hulls]:
+        Args:
+            geoms: places of the shapes.
+            bodies: rows of their links among MuJoCo's bodies.
+            margins: of the shapes (m).
+        """
+        of_geoms, reaches, shapes = self._numbers
+        of_geoms[geoms], reaches[geoms] = margins, np.inf
+        shapes.boxes[geoms], shapes.parts[geoms] = ENDLESS_BOX, ENDLESS_COVER
+        shapes.covers[bodies] = ENDLESS_COVER
+        shapes.rounding[geoms] = shapes.compound[geoms] = shapes.visits[geoms] = shapes.spans[geoms] = 0
+
+    def _write_plain(self, place: PlainPlace) -> None:
+        """Write the rows of a body of one plain shape."""
+        margins, reaches, shapes = self._numbers
+        geom, shape = place.geom, place.shape
+        (shapes.boxes[geom],), (cover,) = boxes_of([shape])
+        shapes.parts[geom] = shapes.covers[place.body] = cover
+        margins[geom], reaches[geom], shapes.rounding[geom] = 0.0, shape.reach, shape.rounding(place.margin)
+        shapes.compound[geom] = shapes.visits[geom] = shapes.spans[geom] = 0
+
+    def _write(self, model: Any, record: Any, form: PlacedShapes) -> None:
+        """Write the rows of a body, whose shapes are given."""
+        margins, reaches, shapes = self._numbers
+        rows, hulls = form.rows, self._hulls
+        has_cylinders = record.of_model("margins", special_margins)[1]
+        margins[rows] = margins_of_rows(model, form.geoms, has_cylinders=has_cylinders)
+        reaches[rows] = _of_geoms(record.reaches(), record.body.geom_rows)
+        shapes.boxes[rows], shapes.parts[rows] = form.boxes, form.parts
+        shapes.covers[record.body.mujoco_ids] = form.covers
+        shapes.rounding[rows], shapes.compound[rows] = form.rounding, form.compound
+        shapes.visits[rows] = form.visits
+        shapes.spans[rows] = 0
+        if form.has_hulls:
+            shapes.spans[form.geoms] = [_span(hull, hulls) for hull in form.hulls]
+
+
+def _plain_place(record: Any) -> PlainPlace | None:
+    """Return where a body of one plain shape is; None for any other."""
+    shape, geoms = record.plain_shape(), record.body.geom_rows
+    if shape is None or len(geoms[0]) != 1:
+        return None
+    return PlainPlace(shape, record.bounds(-1)[1], geoms[0][0], int(record.body.mujoco_ids[0]))
+
+
+def _has_new(form: PlacedShapes, hulls: Hulls) -> bool:
+    """Return whether any hull of a body is not among these."""
+    return any(len(hull) and id(hull) not in hulls for hull in form.hulls)
+
+
+def shape_forms(
+    model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]], plain: Sequence[PlainPlace]
+) -> tuple[ShapeForms, Hulls]:
     """Return the shapes of all geoms of an MjModel, and the hulls among them.
 
     Args:
         model: the MjModel.
         bodies: the shapes of each, and the (k,) rows of its links among MuJoCo's bodies.
+        plain: those of all other bodies.
     """
     geoms = model.ngeom
     boxes, compound = np.empty((geoms, 4, 3)), np.zeros(geoms, np.uint8)
@@ -165,6 +223,11 @@ def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -
                 spans[body.geoms] = [_span(hull, hulls) for hull in body.hulls]
         compound[places] = np.concatenate([body.compound for body, _ in bodies])
         visits[places] = np.concatenate([body.visits for body, _ in bodies])
+    if plain:
+        places = np.array([place.geom for place in plain], np.intp)
+        boxes[places], found = boxes_of([place.shape for place in plain])
+        parts[places] = covers[[place.body for place in plain]] = found
+        rounding[places] = [place.shape.rounding(place.margin) for place in plain]
     forms = ShapeForms(
         boxes=boxes,
         covers=covers,

@@ -1,4 +1,4 @@
-"""Constraints as machine code; see `fast_entries`.
+"""createConstraint and removeConstraint as machine code; see `fast_entries`.
 
 A constraint of plain numbers becomes a request, which the scene builds when it next steps or reads
 constraints. One that is removed before was only an entry in a dictionary. Gears of joints that cannot have
@@ -14,50 +14,7 @@ from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAI
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.fast.fast_entries import PARTS
-
-_SOURCE = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ONE = range(3, 8)
-LOOP, ARGUMENTS, OUT = range(3, 6)
-
-@part
-def read(state, constraint):
-    passed, arguments = words(), word(constraint, ARGUMENTS)
-    for place in range(word(arguments, SIZE)):
-        passed[place] = word(arguments, ITEMS + place)
-    done = PyObject_Vectorcall(word(constraint, LOOP), passed, word(arguments, SIZE), 0)
-    if done == 0:
-        PyErr_Clear()
-        return 0
-    is_found = PyLong_AsLongLong(done) == 1
-    Py_DecRef(done)
-    if not is_found:
-        return 0
-    values = numbers(word(constraint, OUT))
-    made = PyTuple_New(len(values))
-    for k in range(len(values)):
-        PyTuple_SetItem(made, k, PyFloat_FromDouble(values[k]))
-    return made
-
-def entry(state, given, count, keywords):
-    if keywords == 0 and count == 2 and word(given[1], KIND) == word(word(state, ONE), KIND):
-        constraint = prepared(state, given[0], given[1])
-        if constraint != 0:
-            Py_IncRef(constraint)
-            made = read(state, constraint)
-            Py_DecRef(constraint)
-            if made != 0:
-                return made
-    return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
-"""
-
-
-def constraint_call() -> None:
-    """Do nothing: the machine code is stored beside the code of this file."""
-
-
-CONSTRAINT = Front(constraint_call, EntrySignature(_SOURCE))
-vars(constraint_call)["front"] = CONSTRAINT
+from roboyard.pybullet.state.constraint_records import DEFAULT_MAX_FORCE, IDENTITY
 
 
 class CreationState(NamedTuple):
@@ -82,12 +39,16 @@ class CreationState(NamedTuple):
     velocity_moved: str = "_velocity_moved"
     frames_are_old: str = "frames_are_old"
     scalar: str = "is_scalar"
+    identity: tuple[float, ...] = IDENTITY
+    order: str = "constraint_order"
+    rest: tuple[Any, ...] = (DEFAULT_MAX_FORCE, 0.0, 0, 0.0, 0.0, None)
+    """The fields of a request after those that are given."""
 
 
 _CREATION = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
 COMMAND, NONE, TRUE, WHOLE, NUMBER, LISTED, JOINED, SCENE, BODIES, JOINTS = range(3, 13)
-REQUESTED, IDS, NEXT, WORLD, MOVED, VELOCITY_MOVED, FRAMES, SCALAR = range(13, 21)
+REQUESTED, IDS, NEXT, WORLD, MOVED, VELOCITY_MOVED, FRAMES, SCALAR, IDENTITY, ORDER, REST = range(13, 24)
 GIVEN, FIRST_VECTOR, FIRST_TURN = 10, 5, 8  # arguments after the client
 {parts(ATTRIBUTE, FOUND, PLAIN, ITEM, HAS_LENGTH)}
 @part
@@ -149,21 +110,35 @@ def vector(state, values, length):
     return 0
 
 @part
+def field(state, given, count, place):
+    if place < FIRST_VECTOR:
+        value = given[place + 1]
+    elif place < FIRST_TURN:
+        return vector(state, given[place + 1], 3)
+    elif place < GIVEN:
+        if place + 1 < count and given[place + 1] != word(state, NONE):
+            return vector(state, given[place + 1], 4)
+        value = word(state, IDENTITY)
+    else:
+        value = word(word(state, REST), ITEMS + place - GIVEN)
+    Py_IncRef(value)
+    return value
+
+@part
+def mark(state, owner, name):
+    if attribute(owner, name) != word(state, TRUE):
+        PyObject_SetAttr(owner, name, word(state, TRUE))
+
+@part
 def request(state, given, count):
-    made = PyTuple_New(GIVEN)
-    for place in range(FIRST_VECTOR):
-        Py_IncRef(given[place + 1])
-        PyTuple_SetItem(made, place, given[place + 1])
-    for place in range(FIRST_VECTOR, GIVEN):
-        if place >= FIRST_TURN and (place + 1 >= count or given[place + 1] == word(state, NONE)):
-            Py_IncRef(word(state, NONE))
-            value = word(state, NONE)
-        else:
-            value = vector(state, given[place + 1], 3 if place < FIRST_TURN else 4)
+    size = GIVEN + word(word(state, REST), SIZE)
+    made = PyList_New(size)
+    for place in range(size):
+        value = field(state, given, count, place)
         if value == 0:
             Py_DecRef(made)
             return 0
-        PyTuple_SetItem(made, place, value)
+        PyList_SetItem(made, place, value)
     return made
 
 @part
@@ -205,10 +180,11 @@ def entry(state, given, count, keywords):
     Py_DecRef(following)
     PyDict_SetItem(attribute(scene, word(state, REQUESTED)), number, made)
     Py_DecRef(made)
+    PyList_Append(attribute(scene, word(state, ORDER)), number)
     world = attribute(scene, word(state, WORLD))
-    PyObject_SetAttr(world, word(state, MOVED), word(state, TRUE))
-    PyObject_SetAttr(world, word(state, VELOCITY_MOVED), word(state, TRUE))
-    PyObject_SetAttr(scene, word(state, FRAMES), word(state, TRUE))
+    mark(state, world, word(state, MOVED))
+    mark(state, world, word(state, VELOCITY_MOVED))
+    mark(state, scene, word(state, FRAMES))
     return number
 """
 
@@ -229,12 +205,24 @@ class RemovalState(NamedTuple):
     whole: int = 0
     scene: str = "scene"
     requested: str = "requested"
+    order: str = "constraint_order"
 
 
 _REMOVAL = f"""
-KIND = 1  # of any object, in words
-COMMAND, NONE, WHOLE, SCENE, REQUESTED = range(3, 8)
+KIND, ITEMS = 1, 3  # of any object and of lists, in words
+COMMAND, NONE, WHOLE, SCENE, REQUESTED, ORDER = range(3, 9)
 {parts(ATTRIBUTE, FOUND)}
+@part
+def drop(order, number):
+    last = PyList_Size(order) - 1
+    for place in range(last, -1, -1):
+        if PyLong_AsLongLong(word(word(order, ITEMS), place)) == number:
+            if place < last:
+                moved = word(word(order, ITEMS), last)
+                Py_IncRef(moved)
+                PyList_SetItem(order, place, moved)
+            PyList_SetSlice(order, last, last + 1, 0)
+            return
 
 def entry(state, given, count, keywords):
     fits = keywords == 0 and count == 2 and word(given[1], KIND) == word(word(state, WHOLE), KIND)
@@ -243,6 +231,7 @@ def entry(state, given, count, keywords):
     if requested == 0 or found(requested, given[1]) == 0:
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
     PyDict_DelItem(requested, given[1])
+    drop(attribute(scene, word(state, ORDER)), PyLong_AsLongLong(given[1]))
     Py_IncRef(word(state, NONE))
     return word(state, NONE)
 """

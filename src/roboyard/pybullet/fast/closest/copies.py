@@ -6,6 +6,7 @@ bodies that are used again are copied once instead, and each query places the co
 
 from __future__ import annotations
 
+from functools import partial
 from math import isfinite, sqrt
 from struct import Struct
 from typing import TYPE_CHECKING, Any
@@ -16,8 +17,8 @@ from roboyard._records import NamedTuple
 from roboyard.description.model import Collision, Heightfield, Link, RobotDescription
 from roboyard.native import can_call
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
-from roboyard.pybullet.fast import closest_kernels as kernels
-from roboyard.pybullet.fast.closest_search import Point, arrays_of_shapes, rows_of
+from roboyard.pybullet.fast.closest import kernels
+from roboyard.pybullet.fast.closest.search import Point, arrays_of_shapes, rows_of
 from roboyard.pybullet.state.query_shapes import QUERY_LINK, pose_of
 from roboyard.sim.mujoco_library import mujoco_library
 from roboyard.sim.physics_profile import BULLET
@@ -95,6 +96,8 @@ class ClosestCopies:
         self._room = np.empty((16, kernels.NUMBERS)), np.empty((16, 2), np.int64)
         self._poses = _NO_POSE.copy(), _NO_POSE.copy()
         self._plans: dict[Key, _Plan] = {}
+        self._prepared: set[Any] = set()
+        """Keys of the queries that machine code knows."""
 
     def release(self) -> None:
         """Free MuJoCo's arrays."""
@@ -135,6 +138,41 @@ class ClosestCopies:
             self._plans.clear()
         self._plans[key] = plan
         return True
+
+    def prepare(self, key: Key) -> None:
+        """Let machine code find the points of a query that is planned."""
+        from roboyard.pybullet.fast.closest.entries import KIND, ShapePlan
+
+        scene, plan = self._scene, self._plans[key]
+        world = scene.world
+        known: Any = world.prepared.get(KIND)
+        number = key[0] + key[1]
+        if known is None or number in known or world.is_stale or len(known) > MOST:
+            return
+        owners = dict(plan.owners)
+        has_body = any(shape < 0 for _, _, shape in key)
+        known[number] = ShapePlan(
+            world=world,
+            update=partial(world.link_frames, keeps_last=True) if has_body else None,
+            shapes=scene.collision_shapes,
+            owners=(key[0][2], owners.get(key[0][2]), key[1][2], owners.get(key[1][2])),
+            loop=kernels.closest_copies,
+            arguments=(*plan.before, *self._room),
+            out=self._room[0],
+            places=self._room[1].reshape(-1),
+            poses=self._poses,
+            first=tuple(place[1] for place in plan.places[0]),
+            second=tuple(place[1] for place in plan.places[1]),
+            bodies=tuple(side[0][0] if side else _BODY for side in plan.places),
+        )
+        self._prepared.add(number)
+
+    def _forget_prepared(self) -> None:
+        """Drop the queries of machine code, before copies come or go."""
+        known: Any = self._scene.world.prepared.get("closest", {})
+        for number in self._prepared:
+            known.pop(number, None)
+        self._prepared.clear()
 
     def _is_valid(self, plan: _Plan) -> bool:
         """Return whether a query has the same answer as then, but for poses."""
@@ -196,6 +234,7 @@ class ClosestCopies:
     def _copy(self, owner: _Owner) -> None:
         """Copy the shapes of an owner, if they are such as can be."""
         self._forget_removed()
+        self._forget_prepared()
         what = owner.owner
         if hasattr(what, "shapes"):
             links: list[tuple[Collision, ...]] = [what.shapes]
@@ -228,6 +267,7 @@ class ClosestCopies:
         return known.get(number)
 
     def _remove(self, owner: _Owner) -> None:
+        self._forget_prepared()
         for body in owner.copies or ():
             self._world.remove(body)
 
@@ -271,7 +311,7 @@ class ClosestCopies:
         scene, world = self._scene, self._scene.world
         world.ensure_compiled()
         data = world.live_data
-        return data.geom_xpos, data.geom_xmat, scene.geom_margins()
+        return data.geom_xpos, data.geom_xmat, scene.shapes.geom_margins()
 
 
 def _are_plain(shapes: tuple[Collision, ...]) -> bool:

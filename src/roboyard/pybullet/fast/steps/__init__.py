@@ -1,0 +1,1 @@
+"""Steps and the detection of contacts as machine code."""
