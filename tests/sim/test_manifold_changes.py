@@ -6,7 +6,12 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from roboyard.sim.stepping.manifold_changes import end_points, write_first_boxes, write_seen_gaps
+from roboyard.sim.stepping.manifold_changes import (
+    end_points,
+    write_first_boxes,
+    write_seen_gaps,
+    write_turns,
+)
 from roboyard.sim.stepping.sequential.solver_arrays import of_model
 from roboyard.sim.stepping.sequential.weld_kernels import DIFFER, TOUCH, touching_welds
 
@@ -100,3 +105,23 @@ def test_links_that_touch_one_another_count_as_bodies_of_their_own() -> None:
     np.testing.assert_array_equal(mechanism.geom_weld, model.body_weldid[model.geom_bodyid])
     model.geom_contype[4] = 0
     assert touching_welds(mechanism, model.body_weldid, model.body_dofnum, found) == 0
+
+
+def test_turns_are_those_in_which_links_entered_or_will_enter() -> None:
+    drawn = np.random.default_rng(5)
+    for _ in range(20):
+        bodies, geoms, first = 12, 17, 40
+        links = drawn.permutation(bodies)[:9].astype(np.int32)
+        leaves = np.where(drawn.uniform(size=bodies) < 0.4, -1, drawn.permutation(bodies)).astype(np.int32)
+        ties = drawn.integers(0, first, (bodies, 5)).astype(np.int32)
+        refreshed = links[drawn.permutation(9)[:3]].copy()
+        shapes = drawn.permutation(geoms)[:14].astype(np.int32)
+        geom_body = drawn.choice(links, geoms).astype(np.int32)
+        of_links, found = np.zeros(bodies, np.int32), np.full(geoms, -7, np.int32)
+        write_turns(links, 9, refreshed, 3, leaves, ties, 2, first, shapes, geom_body, of_links, found)
+        new = [link for link in links.tolist() if leaves[link] < 0]
+        turns = {link: int(ties[leaves[link], 2]) for link in links.tolist() if leaves[link] >= 0}
+        turns |= {link: first + k for k, link in enumerate(new)}
+        turns |= {link: first + len(new) + k for k, link in enumerate(refreshed.tolist())}
+        wanted = [turns[link] if geom in shapes else -7 for geom, link in enumerate(geom_body.tolist())]
+        assert found.tolist() == wanted

@@ -1,7 +1,7 @@
 """Loops that change what is kept of pairs of shapes between steps.
 
-Those are the boxes in which new links were made, for the order of the pairs that they meet first, the gaps
-that MuJoCo looks across, and the points of shapes whose filters changed.
+Those are the boxes in which new links were made, and the turns of links, for the order of the pairs that they
+meet first, the gaps that MuJoCo looks across, and the points of shapes whose filters changed.
 """
 
 from __future__ import annotations
@@ -53,6 +53,30 @@ def write_first_boxes(links, boxes, poses, leaves, bounds):  # pragma: no cover
             known &= half < UNKNOWN
         if not known:
             bounds[link, 0], bounds[link, 3] = 1.0, 0.0
+
+
+@compiled("i4[::1] i8 i4[::1] i8 i4[::1] i4[:,::1] i8 i8 i4[::1] i4[::1] i4[::1] i4[::1]")
+def write_turns(  # pragma: no cover
+    links, count, refreshed, again, leaves, ties, entry, first, shapes, geom_body, of_links, of_geoms
+):
+    """Write the turns in which links enter the broad phase, also those that do so in the next step.
+
+    links: in order, `count` of them. refreshed: those that leave it and enter it again, `again` of them.
+    leaves: (nbody,) of links, below 0 for new ones. ties: of the leaves, with their turns in column `entry`.
+    first: turn of the next link that enters. shapes: (k,) geoms that are written. geom_body: (ngeom,) link of
+    each. of_links: (nbody,) and of_geoms: (ngeom,) turns, written.
+    """
+    for k in range(count):
+        link = links[k]
+        if leaves[link] >= 0:
+            of_links[link] = ties[leaves[link], entry]
+        else:
+            of_links[link] = first
+            first += 1
+    for k in range(again):
+        of_links[refreshed[k]] = first + k
+    for k in range(shapes.shape[0]):
+        of_geoms[shapes[k]] = of_links[geom_body[shapes[k]]]
 
 
 @compiled("i4[::1] i4[::1] f8[::1] f8[::1] f8 f8 f8[::1] f8[::1] f8[::1]")

@@ -295,18 +295,12 @@ class Manifolds:
 
     def _write_turns(self, links_of_geoms: np.ndarray) -> None:
         """Write the turns in which links enter the broad phase, also those that do so in the next step."""
-        points, turns = self.points, np.zeros(len(self.points.leaves), np.int32)
-        shapes, count, refreshed = points.notes[[SHAPES, LINKS, REFRESHED]].tolist()
-        links, again = points.links[:count], points.refreshed[:refreshed]
-        leaves = points.leaves[links]
-        turns[links] = points.ties[leaves, ENTRY]
-        new = links[leaves < 0]
-        entered = points.tree.item(ENTERED)
-        turns[new] = entered + np.arange(len(new))
-        for turn, link in enumerate(again.tolist(), start=entered + len(new)):
-            turns[link] = turn
-        geoms = points.turns[:shapes]
-        points.entered[geoms] = turns[links_of_geoms[geoms]]
+        points, notes = self.points, self.points.notes
+        changes().write_turns(
+            *(points.links, notes.item(LINKS), points.refreshed, notes.item(REFRESHED), points.leaves),
+            *(points.ties, ENTRY, points.tree.item(ENTERED), points.turns[: notes.item(SHAPES)]),
+            *(links_of_geoms, np.zeros(len(points.leaves), np.int32), points.entered),
+        )
         self._has_old_turns = False
 
     def _write_first_boxes(self) -> None:
