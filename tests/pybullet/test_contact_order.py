@@ -225,7 +225,7 @@ def test_a_column_stands_without_compiled_code() -> None:
 def test_pairs_are_sorted_by_the_order_in_which_links_were_made_where_asked(
     client: int, sorts: int, links: list[int], speeds: list[float], forces: list[float]
 ) -> None:
-    """Contacts of new pairs are listed from the last link on, and solved from the first; 3 rounds tell."""
+    """Contacts of new pairs are listed from the last link on, and solved from the first; 3 rounds show it."""
     p.setGravity(0, 0, -9.8)
     p.setPhysicsEngineParameter(numSolverIterations=3, deterministicOverlappingPairs=sorts)
     p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
@@ -283,7 +283,7 @@ def test_the_link_that_got_a_filter_last_is_listed_second(client: int) -> None:
 
 
 def test_parts_of_a_compound_are_taken_as_its_tree_has_them(client: int) -> None:
-    """Five spheres of one body touch the ground at once; three rounds tell the order."""
+    """Five spheres of one body touch the ground at once; three rounds show the order."""
     p.setGravity(0, 0, -9.8)
     p.setPhysicsEngineParameter(numSolverIterations=3)
     ground = p.createCollisionShape(p.GEOM_BOX, halfExtents=[5, 5, 1])

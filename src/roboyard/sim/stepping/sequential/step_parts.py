@@ -40,7 +40,7 @@ _ROWS = "rows of a step"
 
 
 class StepParts:
-    """What the time steps of one world consist of; call `refresh` whenever a rule is added or removed."""
+    """The parts of one world's time steps; call `refresh` whenever a rule is added or removed."""
 
     def __init__(
         self,
