@@ -215,6 +215,30 @@ def test_steps_between_changes_are_those_of_the_python_function(
     assert len(passed_on) == count
 
 
+def _touching() -> list[Any]:
+    """Return the contacts of balls of one size that touch, between changes of filters."""
+    p.resetSimulation()
+    p.setGravity(0, 0, -9.8)
+    p.loadURDF("plane.urdf")
+    balls = [_ball((0.1999 * k, 0, 0.1)) for k in range(5)]
+    found: list[Any] = []
+    for turn in range(12):
+        one, other = balls[turn % 5], balls[(turn + 1) % 5]
+        for is_on in (0, 1):
+            p.setCollisionFilterPair(one, other, -1, -1, is_on)
+            for _ in range(3):
+                p.stepSimulation()
+            found.append(p.getContactPoints())
+    return found
+
+
+def test_filters_between_steps_are_followed(passed_on: list[None], monkeypatch: pytest.MonkeyPatch) -> None:
+    found = _touching()
+    assert passed_on
+    monkeypatch.setattr(Simulation, "direct_step", lambda self: None)
+    np.testing.assert_equal(found, _touching())
+
+
 def test_two_clients_do_not_step_each_other(passed_on: list[None]) -> None:
     other = p.connect(p.DIRECT)
     balls = [_ball((0, 0, 5)), 0]

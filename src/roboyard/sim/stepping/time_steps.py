@@ -228,6 +228,7 @@ class Stepping(StepParts):
         return DirectStep(
             kept=(
                 (self, "_is_direct"), (self, "_compiled"), (self, "_has_drag"), (self.manifolds, "_bound"),
+                (self.manifolds, "_has_old_turns"),
                 (self.manifolds, "points"), (in_turn, "_known"), (in_turn, "_bundle"), (found, "search"),
                 (own, "_addresses"), (own, "welds"), (self._world, "profile"), (self.motors, "arrays"),
                 (self.motors, "_gathered"), (self.motors, "_bound_timestep"), (self, "_flags"),

@@ -269,7 +269,8 @@ class StepParts:
         kept = (
             (self, "_compiled"), (in_turn, "_known"), (in_turn, "_bundle"), (in_turn.contact_rows, "welds"),
             (in_turn.contact_rows, "_addresses"), (surfaces, "_widths"), (manifolds, "_bound"),
-            (manifolds, "points"), (found, "search"), (self._world, "profile"), (self.motors, "arrays"),
+            (manifolds, "points"), (manifolds, "_has_old_turns"), (found, "search"), (self._world, "profile"),
+            (self.motors, "arrays"),
         )  # fmt: skip
         shifts = surface_shifts()
         return Detection(
