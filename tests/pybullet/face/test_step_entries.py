@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from threading import get_ident
 from typing import Any
 
 import numpy as np
@@ -125,7 +126,7 @@ def test_a_simulation_that_diverges_raises(passed_on: list[None]) -> None:
     solver_warning.message = "Nan, Inf or huge value in QACC at DOF 0. The simulation is unstable. Time = 0.1"
     with pytest.raises(p.error, match="diverged"):
         p.stepSimulation()
-    assert not RAISED
+    assert get_ident() not in RAISED, "others may be of threads that ended with theirs"
     p.stepSimulation()
     assert p.getBasePositionAndOrientation(ball)[0] == (0, 0, 1)
     assert len(passed_on) == before
