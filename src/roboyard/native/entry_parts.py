@@ -100,6 +100,44 @@ KIND is the place of an object's type; NUMBER and WHOLE are those of a float and
 """
 
 
+CALLED = """
+def called(function, arguments):
+    passed, count = words(), word(arguments, SIZE)
+    for place in range(count):
+        passed[place] = word(arguments, ITEMS + place)
+    return PyObject_Vectorcall(function, passed, count, 0)
+"""
+"""The result of a function for the items of a tuple, 0 where it raises.
+
+SIZE and ITEMS are the places of a tuple's length and of its items.
+"""
+IS_DONE = """
+def is_done(made):
+    if made == 0:
+        return False
+    Py_DecRef(made)
+    return True
+"""
+"""Whether a call returned anything, which is given up."""
+NUMBER_IN = """
+def number_in(state, values, place):
+    kind = word(values, KIND)
+    if kind == word(word(state, LISTED), KIND):
+        value = word(word(values, ITEMS), place)
+    elif kind == word(word(state, TUPLE), KIND):
+        value = word(values, ITEMS + place)
+    else:
+        return item(values, place)
+    found = plain(state, value)
+    return found if found == found else number(value)
+"""
+"""A number in a sequence that is long enough; NaN for anything else.
+
+KIND and ITEMS are the places of an object's type and of a tuple's items; LISTED and TUPLE are those of a
+list and of a tuple in the state. ITEM, PLAIN and NUMBER have to be there, too.
+"""
+
+
 def parts(*sources: str) -> str:
     """Return functions as parts of an entry."""
     return "".join(f"\n@part{source}" for source in sources)

@@ -417,15 +417,7 @@ class Simulation(Engine[Body]):
 
     def _known_step(self) -> None:
         """Advance by one step of bodies that have stepped before."""
-        try:
-            self.stepping.next_step(self._model, self._data)
-        except mujoco.FatalError as error:  # raised before positions change
-            self.recover(error, self.simulation_state())
-            self._go_on(1)
-            return
-        self.is_moved = self._velocity_moved = True
-        self.kept_frames = None
-        self.heed_warning()
+        self._take_step(self.stepping.next_step)
 
     def end_directly(self, answer: int) -> None:
         """Do what `step` does after the compiled loop of `direct_step`, which returned this answer.
@@ -433,8 +425,12 @@ class Simulation(Engine[Body]):
         Raises:
             ModelError: as `step` does.
         """
+        self._take_step(self.stepping.end_directly, answer)
+
+    def _take_step(self, call: Callable[..., None], *given: int) -> None:
+        """Advance by one step through a function of these arguments, model and data."""
         try:
-            self.stepping.end_directly(answer, self._model, self._data)
+            call(*given, self._model, self._data)
         except mujoco.FatalError as error:  # raised before positions change
             self.recover(error, self.simulation_state())
             self._go_on(1)

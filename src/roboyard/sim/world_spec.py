@@ -1,4 +1,4 @@
-"""The spec of a world: its elements, what waits for the next compile, and its settings."""
+"""The spec of a world: its elements, the edits that the next compile takes, and its settings."""
 
 from __future__ import annotations
 

@@ -20,7 +20,17 @@ from typing import Any
 
 from roboyard._records import NamedTuple
 from roboyard.description.mass_properties import LEAST_RATIO, MIN_INERTIA
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, NUMBER, PLAIN, TRIPLE, parts
+from roboyard.native.entry_parts import (
+    ATTRIBUTE,
+    FOUND,
+    HAS_LENGTH,
+    ITEM,
+    NUMBER,
+    NUMBER_IN,
+    PLAIN,
+    TRIPLE,
+    parts,
+)
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.pairs import PAIR, SIGNED, SIGNED_PAIR
@@ -116,19 +126,8 @@ COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 1
 NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED, RANKS, BASE, REQUESTS, REQUEST_PLACES, PAIRED = range(11, 22)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
 MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES, TURNS, IS_INERTIA = range(11, 22)
-{parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE, NUMBER, ITEM, HAS_LENGTH)}
-@part
-def number_of(state, values, place):
-    kind = word(values, KIND)
-    if kind == word(word(state, LISTED), KIND):
-        value = word(word(values, ITEMS), place)
-    elif kind == word(word(state, CHANGES), KIND):
-        value = word(values, ITEMS + place)
-    else:
-        return item(values, place)
-    found = plain(state, value)
-    return found if found == found else number(value)
-
+TUPLE = CHANGES
+{parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE, NUMBER, ITEM, HAS_LENGTH, NUMBER_IN)}
 @part
 def single(state, value):
     found = plain(state, value)
@@ -140,7 +139,7 @@ def has_numbers(state, values, length):
         return False
     total = 0.0
     for place in range(length):
-        found = number_of(state, values, place)
+        found = number_in(state, values, place)
         total += found * found
     return total - total == 0.0
 
@@ -234,10 +233,10 @@ def can_be_requested(state, given, count, first):
 def requested_value(state, value, length):
     if length < 3:
         return PyFloat_FromDouble(single(state, value))
-    x, y, z = number_of(state, value, 0), number_of(state, value, 1), number_of(state, value, 2)
+    x, y, z = number_in(state, value, 0), number_in(state, value, 1), number_in(state, value, 2)
     if length == 3:
         return triple(x, y, z)
-    return four(x, y, z, number_of(state, value, 3))
+    return four(x, y, z, number_in(state, value, 3))
 
 @part
 def request_change(state, given, count, first, request):
@@ -262,7 +261,7 @@ def is_present(state, record, at, value, length):
     if word(present, KIND) != word(word(state, CHANGES), KIND) or word(present, SIZE) != length:
         return False
     for k in range(length):
-        if plain(state, word(present, ITEMS + k)) != number_of(state, value, k):
+        if plain(state, word(present, ITEMS + k)) != number_in(state, value, k):
             return False
     return True
 
@@ -288,17 +287,17 @@ def is_known(state, write, value, length):
     if present == 0:
         return False
     if length == 0 or length == 2:
-        first = plain(state, value) if length == 0 else number_of(state, value, 0)
+        first = plain(state, value) if length == 0 else number_in(state, value, 0)
         if plain(state, present) != first:
             return False
         if length == 0:
             return True
         present = attribute(word(write, OWNER), word(write, OTHER_NAME))
-        return present != 0 and plain(state, present) == number_of(state, value, 1)
+        return present != 0 and plain(state, present) == number_in(state, value, 1)
     if word(present, KIND) != word(word(state, CHANGES), KIND) or word(present, SIZE) != length:
         return False
     for k in range(length):
-        if plain(state, word(present, ITEMS + k)) != number_of(state, value, k):
+        if plain(state, word(present, ITEMS + k)) != number_in(state, value, k):
             return False
     return True
 
@@ -314,8 +313,8 @@ def is_written(state, write, value, length):
         return False
     x, y, z = plain(state, value), 0.0, 0.0
     if length > 0:
-        x, y = number_of(state, value, 0), number_of(state, value, 1)
-        z = number_of(state, value, 2) if length > 2 else 0.0
+        x, y = number_in(state, value, 0), number_in(state, value, 1)
+        z = number_in(state, value, 2) if length > 2 else 0.0
         if word(write, RISES) == word(write, TRUE) and not x <= y:
             return False
         if word(write, IS_INERTIA) == word(write, TRUE) and not are_moments(x, y, z):
@@ -355,8 +354,8 @@ def is_written(state, write, value, length):
 
 @part
 def is_turned(state, write, value):
-    x, y = number_of(state, value, 0), number_of(state, value, 1)
-    z, w = number_of(state, value, 2), number_of(state, value, 3)
+    x, y = number_in(state, value, 0), number_in(state, value, 1)
+    z, w = number_in(state, value, 2), number_in(state, value, 3)
     size = np.sqrt(x * x + y * y + z * z + w * w)
     if not size > 0.0 or size - size != 0.0:
         return False
@@ -451,7 +450,7 @@ def entry(state, given, count, keywords):
             if length > 0:
                 made = PyTuple_New(length)
                 for k in range(length):
-                    PyTuple_SetItem(made, k, PyFloat_FromDouble(number_of(state, value, k)))
+                    PyTuple_SetItem(made, k, PyFloat_FromDouble(number_in(state, value, k)))
                 Py_DecRef(value)
                 value = made
             passed[first] = value

@@ -12,7 +12,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, NUMBER, PLAIN, TRIPLE, parts
+from roboyard.native.entry_parts import (
+    ATTRIBUTE,
+    FOUND,
+    HAS_LENGTH,
+    ITEM,
+    NUMBER,
+    NUMBER_IN,
+    PLAIN,
+    TRIPLE,
+    parts,
+)
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.closest.search import FEW, ZEROS
@@ -76,7 +86,8 @@ WORLD, UPDATE, LOOP, SHAPES, MARGINS, OUT, PAIRS, PLACES = range(3, 11)
 GEOMS, LINKS = range(3, 5)  # of a side
 PLAN_WORLD, PLAN_UPDATE, PLAN_SHAPES, OWNERS, PLAN_LOOP, ARGUMENTS, PLAN_OUT, PLAN_PLACES = range(3, 11)
 POSES, FIRST_LINKS, SECOND_LINKS, BODIES = range(11, 15)
-{parts(ATTRIBUTE, FOUND, PLAIN, TRIPLE, NUMBER, ITEM, HAS_LENGTH)}
+TUPLE = NOTHING
+{parts(ATTRIBUTE, FOUND, PLAIN, TRIPLE, NUMBER, ITEM, HAS_LENGTH, NUMBER_IN)}
 @part
 def side_of(state, bodies, body, link):
     if word(body, KIND) != word(word(state, WHOLE), KIND):
@@ -175,29 +186,17 @@ def points(state, bodies, scene, given, count):
     return made
 
 @part
-def coordinate(state, values, place):
-    kind = word(values, KIND)
-    if kind == word(word(state, LISTED), KIND):
-        value = word(word(values, ITEMS), place)
-    elif kind == word(word(state, NOTHING), KIND):
-        value = word(values, ITEMS + place)
-    else:
-        return item(values, place)
-    found = plain(state, value)
-    return found if found == found else number(value)
-
-@part
 def is_posed(state, position, turn, pose):
     total = 0.0
     for k in range(3):
         pose[k] = 0.0
         if position != word(state, NONE):
-            pose[k] = coordinate(state, position, k)
+            pose[k] = number_in(state, position, k)
         total += pose[k]
     pose[3], pose[4], pose[5], pose[6] = 0.0, 0.0, 0.0, 1.0
     if turn != word(state, NONE):
-        x, y = coordinate(state, turn, 0), coordinate(state, turn, 1)
-        z, w = coordinate(state, turn, 2), coordinate(state, turn, 3)
+        x, y = number_in(state, turn, 0), number_in(state, turn, 1)
+        z, w = number_in(state, turn, 2), number_in(state, turn, 3)
         length = np.sqrt(x * x + y * y + z * z + w * w)
         if not length > 0.0:
             return False

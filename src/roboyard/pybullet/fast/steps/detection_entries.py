@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard._records import NamedTuple
 from roboyard.native import loaded
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, parts
+from roboyard.native.entry_parts import ATTRIBUTE, CALLED, FOUND, IS_DONE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.sim import frame_updates
@@ -51,7 +51,7 @@ COMMAND, PREPARED, KEY, NONE, TRUE, FALSE, POSES, POSES_KEPT, STALE, MOVED, CENT
 KEPT_FRAMES, NEW, CONTACTS, SEEN, FILTERED = range(14, 19)
 WORLD, LAST, UPDATE, ADDRESSES, ARRAYS, KEPT, SAME, MANIFOLDS, COLLIDE, COLLIDED = range(3, 13)
 EXECUTE, EXECUTED, FINISH, SHIFT, SHIFTED = range(13, 18)
-{parts(ATTRIBUTE, FOUND)}
+{parts(ATTRIBUTE, FOUND, CALLED, IS_DONE)}
 @part
 def is_same(state, scene):
     world, last, same = word(scene, WORLD), word(scene, LAST), word(scene, SAME)
@@ -69,20 +69,6 @@ def is_same(state, scene):
         at = ITEMS + place
         if attribute(word(same, at), word(same, at + 1)) != word(same, at + 2):
             return False
-    return True
-
-@part
-def called(function, arguments):
-    passed, count = words(), word(arguments, SIZE)
-    for place in range(count):
-        passed[place] = word(arguments, ITEMS + place)
-    return PyObject_Vectorcall(function, passed, count, 0)
-
-@part
-def is_done(made):
-    if made == 0:
-        return False
-    Py_DecRef(made)
     return True
 
 @part

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard._records import NamedTuple
 from roboyard.native import loaded
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, parts
+from roboyard.native.entry_parts import ATTRIBUTE, CALLED, FOUND, IS_DONE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.sim.stepping.impulses.records import DONE
@@ -60,7 +60,7 @@ NO_FORCE, NEW, CHANGES = range(22, 25)
 SCENE, WORLD, PUSHES, MANIFOLDS, REVISION, SAME, EMPTY_DICTS, EMPTY_LISTS, COMMANDS, FLUSH = range(3, 13)
 FIND, FINDS, EXECUTE, EXECUTED, INTEGRATE, INTEGRATED, FINISH, RAISED, HEED = range(13, 22)
 SETTINGS, CHANGED, FORCES, FILL_LINKS, FILL_JOINTS, OF_WORLD, OF_SCENE = range(22, 29)
-{parts(ATTRIBUTE, FOUND)}
+{parts(ATTRIBUTE, FOUND, CALLED, IS_DONE)}
 @part
 def is_same(state, scene):
     same = word(scene, SAME)
@@ -81,20 +81,6 @@ def is_same(state, scene):
         if PyList_Size(word(lists, ITEMS + place)) != 0:
             return False
     return True
-
-@part
-def is_done(made):
-    if made == 0:
-        return False
-    Py_DecRef(made)
-    return True
-
-@part
-def called(function, arguments):
-    passed, count = words(), word(arguments, SIZE)
-    for place in range(count):
-        passed[place] = word(arguments, ITEMS + place)
-    return PyObject_Vectorcall(function, passed, count, 0)
 
 @part
 def is_flushed(scene):
