@@ -22,6 +22,11 @@ MASSLESS_FRACTION = 1e-6
 """Mass of a moving part without mass, as a share of the robot's."""
 GRAVITY = 9.81
 """Acceleration of free fall, from which the loads of drives and contacts are computed (m/s²)."""
+ORIGIN, UNTURNED = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+"""Place and axes of most inertial frames in their links' frames; read only, as many bodies have them."""
+ORIGIN.setflags(write=False)
+UNTURNED.setflags(write=False)
+_NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 TRACE_NOTE = "moves but has no mass; assigned a millionth of the robot's mass"
 
 
@@ -90,14 +95,16 @@ def _plain(inertial: Inertial, scale: float) -> MassProperties | None:
     xx, xy, xz, yy, yz, zz = inertial.inertia
     if xy or xz or yz or not inertial.mass > 0:
         return None
-    moments = [moment * scale**5 for moment in (xx, yy, zz)]
+    factor = scale**5
+    moments = [xx * factor, yy * factor, zz * factor]
     small, middle, large = sorted(moments)
     if not (small >= max(large * LEAST_RATIO, MIN_INERTIA) and large - small - middle <= 0):
         return None
+    position, quaternion = inertial.origin.position, inertial.origin.quaternion
     return MassProperties(
         mass=inertial.mass * scale**3,
-        position=np.asarray(inertial.origin.position) * scale,
-        quaternion=np.asarray(inertial.origin.quaternion),
+        position=ORIGIN if position == _NOWHERE else np.asarray(position) * scale,
+        quaternion=UNTURNED if quaternion == _IDENTITY else np.asarray(quaternion),
         principal=np.array(moments),
     )
 

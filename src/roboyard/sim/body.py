@@ -17,7 +17,7 @@ from roboyard.sim.build.bodies import build
 from roboyard.sim.build.mesh_assets import MeshAssets
 from roboyard.sim.build.plain_bodies import build_plain
 from roboyard.sim.build.planned import PlannedBody
-from roboyard.sim.build.records import Built, BuiltLink
+from roboyard.sim.build.records import BodyRows, Built, BuiltLink
 from roboyard.sim.engine import Engine
 from roboyard.sim.joint import POSITION_SIZE, VELOCITY_SIZE, Joint
 from roboyard.sim.link import Link
@@ -465,6 +465,25 @@ class Body:
         if self._geom_rows is None:
             self._geom_rows = [[geom.id for geom in record.geoms] for record in self.built.links]
         return self._geom_rows
+
+    def rows(self) -> BodyRows:
+        """Return its rows in the arrays of the compiled model."""
+        return BodyRows(
+            links=self.mujoco_ids.copy(),
+            positions=self.qpos_addresses.copy(),
+            velocities=self.dof_addresses.copy(),
+            free=(self.free_qpos, self.free_dof, self.first_dof),
+            of_joints=(self._positions, self._velocities),
+        )
+
+    def take_rows(self, rows: BodyRows) -> None:
+        """Take the rows of another body that had the same elements."""
+        self._geom_rows = None
+        self.mujoco_ids[:] = rows.links
+        self.free_qpos, self.free_dof, self.first_dof = rows.free
+        if self.joints:
+            self.qpos_addresses[:], self.dof_addresses[:] = rows.positions, rows.velocities
+            self._positions, self._velocities = rows.of_joints
 
     def refresh(self, model: Any) -> None:
         """Look up this body's rows in the arrays of a compiled model; the world calls this."""

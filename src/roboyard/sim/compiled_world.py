@@ -219,8 +219,15 @@ class CompiledWorld(WorldSpec[BodyT]):
         self.hard_contacts = self.profile.hard_contacts and not self._is_pile
         self.pool.locate()
         others = 0
-        for body, plan, known in zip(self.body_by_id.values(), key.bodies, former.bodies, strict=True):
-            body.refresh(self._model)
+        bodies = list(self.body_by_id.values())
+        if kept.rows is None:
+            for body in bodies:
+                body.refresh(self._model)
+            kept.rows = [body.rows() for body in bodies]
+        else:
+            for body, rows in zip(bodies, kept.rows, strict=True):
+                body.take_rows(rows)
+        for body, plan, known in zip(bodies, key.bodies, former.bodies, strict=True):
             if plan.frictions != known.frictions:
                 body.set_frictions(plan)
                 others += 1

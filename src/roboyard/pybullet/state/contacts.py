@@ -415,9 +415,10 @@ class LastStep:
         count, in_place = world.live_data.ncon, world.stepping.forces.contacts_in_place()
         if not count:
             return False
-        pairs = (world.live_data.contact if in_place is None else in_place[0]).geom[:count].tolist()
-        own = {geom for link in record.body.geom_rows for geom in link}
-        return any(one in own or other in own for one, other in pairs)
+        pairs = (world.live_data.contact if in_place is None else in_place[0]).geom[:count]
+        own = [geom for link in record.body.geom_rows for geom in link]
+        found = pairs == own[0] if len(own) == 1 else np.isin(pairs, own)
+        return bool(found.any())
 
     def _present(self) -> list[Contact]:
         return list(touching(self._scene))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.pybullet.bullet_rules.placed_shapes.shape_rows import ShapeRows
+from roboyard.pybullet.bullet_rules.placed_shapes.shape_rows import ShapeRows, plain_place
 from roboyard.pybullet.state.pair_filters import PairFilters
 from roboyard.sim.world import World
 
@@ -61,27 +61,29 @@ class SceneShapes:
             The bodies whose first poses are known, those of plain shapes last; (n, 5, 3) boxes around all
             their links in the bases' frames (m), and the (n, 7) first pose of the base for each link.
         """
-        from roboyard.pybullet.bullet_rules.placed_shapes.plain_shapes import PlainShape, boxes_of
-
-        model, others, plain = self._world.live_model, list[int](), dict[int, PlainShape]()
-        boxes, poses = list[Any](), list[Any]()
+        others, plain, rows = list[int](), list[int](), list[int]()
+        boxes, poses, first_poses = list[Any](), list[Any](), list[Any]()
         for body in bodies:
             record = self._records.get(body)
             if record is None or record.first_pose is None:
                 continue
-            shape = record.plain_shape()
-            if shape is not None:
-                plain[body] = shape
+            place = plain_place(record)
+            if place is not None:
+                plain.append(body)
+                rows.append(place.body)
+                first_poses.append(record.first_pose)
                 continue
-            found, pose = record.first_boxes(model)
+            found, pose = record.first_boxes(self._world.live_model)
             others.append(body)
             boxes.append(found)
             poses.append(np.tile(pose, (len(found), 1)))
-        if plain:
-            boxes.append(boxes_of(list(plain.values()))[1])
-            poses.append([self._records[body].first_pose for body in plain])
-        if not boxes:
+        if not others and not plain:
             return [], None, None
+        if not others:
+            return plain, self.shape_forms().covers[rows], np.array(first_poses)
+        if plain:
+            boxes.append(self.shape_forms().covers[rows])
+            poses.append(first_poses)
         return [*others, *plain], np.concatenate(boxes), np.concatenate(poses)
 
     def _shape_numbers(self) -> Numbers:

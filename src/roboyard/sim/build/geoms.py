@@ -263,23 +263,28 @@ def plain_size(
     geometry: Box | Sphere | Cylinder | Capsule, scale: float
 ) -> tuple[Any, np.ndarray, np.ndarray]:
     """Return MuJoCo's type of a primitive, its sizes (3,) (m), and those that must be positive."""
+    kind, sizes, count = sizes_of(geometry, scale)
+    size = np.array(sizes)
+    return kind, size, size[:count]
+
+
+def sizes_of(
+    geometry: Box | Sphere | Cylinder | Capsule, scale: float
+) -> tuple[Any, tuple[float, float, float], int]:
+    """Return MuJoCo's type of a primitive, its sizes (m), and how many of these must be positive."""
     from roboyard._mujoco import mujoco
 
     kinds = mujoco.mjtGeom
     match geometry:
         case Box(size=(x, y, z)):
-            size = np.array([x * scale / 2, y * scale / 2, z * scale / 2])
-            return kinds.mjGEOM_BOX, size, size
+            return kinds.mjGEOM_BOX, (x * scale / 2, y * scale / 2, z * scale / 2), 3
         case Sphere(radius=radius):
-            size = np.array([radius * scale, 0.0, 0.0])
-            return kinds.mjGEOM_SPHERE, size, size[:1]
+            return kinds.mjGEOM_SPHERE, (radius * scale, 0.0, 0.0), 1
         case Cylinder(radius=radius, length=length):
-            size = np.array([radius * scale, length * scale / 2, 0.0])
-            return kinds.mjGEOM_CYLINDER, size, size[:2]
+            return kinds.mjGEOM_CYLINDER, (radius * scale, length * scale / 2, 0.0), 2
         case Capsule(radius=radius, length=length):
             kind = kinds.mjGEOM_CAPSULE if length > SMALLEST else kinds.mjGEOM_SPHERE
-            size = np.array([radius * scale, length * scale / 2, 0.0])
-            return kind, size, size[:1]
+            return kind, (radius * scale, length * scale / 2, 0.0), 1
 
 
 def load_scaled(geometry: Mesh, scale: float) -> TriangleMesh | None:

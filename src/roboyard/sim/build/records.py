@@ -6,7 +6,9 @@ from collections.abc import Iterable
 from dataclasses import field
 from typing import Any
 
-from roboyard._records import dataclass
+import numpy as np
+
+from roboyard._records import NamedTuple, dataclass
 from roboyard.description.mass_properties import MassProperties
 from roboyard.description.model import Collision, Heightfield, Joint, Link
 from roboyard.sim.build.triangle_windows import TriangleWindow
@@ -93,3 +95,18 @@ class BuildOptions:
     """Whether the triangles of concave meshes are searched here; see `mesh_fields`."""
     contype: int = 1
     conaffinity: int = -1
+
+
+class BodyRows(NamedTuple):
+    """The rows of a body in the arrays of a compiled model."""
+
+    links: np.ndarray
+    """(n,) of its links among MuJoCo's bodies."""
+    positions: np.ndarray
+    """(n - 1,) first one of each joint in qpos; -1 without any."""
+    velocities: np.ndarray
+    """(n - 1,) the same in qvel."""
+    free: tuple[int, int, int]
+    """First ones of the free joint in qpos and qvel, and of the joints in qvel; -1 without any."""
+    of_joints: tuple[slice | np.ndarray, slice | np.ndarray]
+    """Those of all joints of one degree of freedom in qpos and qvel."""

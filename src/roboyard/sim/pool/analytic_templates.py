@@ -13,9 +13,9 @@ import numpy as np
 
 from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
-from roboyard.description.mass_properties import MassProperties, mass_properties
+from roboyard.description.mass_properties import ORIGIN, UNTURNED, MassProperties, mass_properties
 from roboyard.description.model import RGBA, Box, Capsule, Cylinder, Pose, RobotDescription, Sphere
-from roboyard.sim.build.geoms import SMALLEST, paint, plain_size
+from roboyard.sim.build.geoms import SMALLEST, paint, sizes_of
 from roboyard.sim.build.records import BuildOptions
 from roboyard.sim.pool.templates import BodyTemplate
 from roboyard.transforms import Array, matrix_from_quaternion, to_wxyz
@@ -69,21 +69,24 @@ def numbers_of(description: RobotDescription, options: BuildOptions) -> Numbers 
                 origin.quaternion,
             ):
                 return None
-        found, size, used = plain_size(geometry, scale)
-        kind, sizes = int(found), tuple(size.tolist())
-        if not min(used.tolist()) > SMALLEST:
+        found, sizes, count = sizes_of(geometry, scale)
+        kind = int(found)
+        if not min(sizes[:count]) > SMALLEST:
             return None
-        x, y, z = origin.position
-        if (x, y, z) != _NOWHERE or origin.quaternion != _IDENTITY:
+        if origin.position != _NOWHERE or origin.quaternion != _IDENTITY:
+            x, y, z = origin.position
             pose = Pose(position=(x * scale, y * scale, z * scale), quaternion=origin.quaternion)
     inertial, mass, centre = link.inertial, None, None
     if inertial is not None:
         mass = mass_properties(inertial, scale)
         if not mass.mass > 0.0 or mass.note:
             return None
-        place, turn = _tuple(mass.position), _tuple(mass.quaternion)
-        is_there = place == _NOWHERE and turn == _IDENTITY
-        centre = _NO_POSE if is_there else Pose(position=place, quaternion=turn)
+        if mass.position is ORIGIN and mass.quaternion is UNTURNED:
+            centre = _NO_POSE
+        else:
+            place, turn = _tuple(mass.position), _tuple(mass.quaternion)
+            is_there = place == _NOWHERE and turn == _IDENTITY
+            centre = _NO_POSE if is_there else Pose(position=place, quaternion=turn)
     elif not options.fixed_base:
         return None
     is_plain = pose is _NO_POSE and (centre is None or centre is _NO_POSE)

@@ -24,12 +24,12 @@ from roboyard._records import NamedTuple, dataclass
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets
 from roboyard.sim.build.planned import Friction, PlannedBody
-from roboyard.sim.build.records import Built
+from roboyard.sim.build.records import BodyRows, Built
 from roboyard.sim.pool.analytic_templates import Numbers, numbers_of
+from roboyard.sim.pool.base_rows import BaseRows, bases_of
 from roboyard.sim.pool.model_memory import memory_of
 from roboyard.sim.pool.plain_rows import PlainRows, rows_of, write
 from roboyard.sim.pool.templates import BodyTemplate, row_starts, write_elements
-from roboyard.transforms import to_wxyz
 
 MOST_BYTES = 64 * 2**20
 """Size of a model from which on it is not kept."""
@@ -50,6 +50,16 @@ class CompileKey:
     """Id of the key that this one was compared with last, not held: each would hold all before it."""
     others: list[int] = field(default_factory=list)
     """Places of bodies with other numbers than those of that key."""
+
+    _poses: tuple[np.ndarray, np.ndarray] | None = None
+
+    @property
+    def poses(self) -> tuple[np.ndarray, np.ndarray]:
+        """Positions (n, 3) (m) and quaternions (n, 4), w, x, y, z, of the root links' frames in the world."""
+        if self._poses is None:
+            quaternions = np.array([body.quaternion for body in self.bodies])
+            self._poses = np.array([body.position for body in self.bodies]), quaternions[:, [3, 0, 1, 2]]
+        return self._poses
 
     def is_like(self, other: CompileKey) -> bool:
         """Return whether both lead to the same model but for numbers that `KeptWorld.renew` writes."""
@@ -123,6 +133,10 @@ class KeptWorld:
     """A copy of them."""
     inertia: float
     """Mean inertia."""
+    bases: BaseRows
+    """Rows of the bases of all bodies."""
+    rows: list[BodyRows] | None = None
+    """Those of all bodies, once they were looked up."""
     templates: dict[int, BodyTemplate] = field(default_factory=dict)
     """Those of bodies whose numbers were written, by their places."""
     starts: dict[int, dict[str, int]] = field(default_factory=dict)
@@ -163,23 +177,17 @@ class KeptWorld:
         model, data = self.model, self.data
         self.memory[:] = self.numbers
         model.stat.meaninertia = self.inertia
-        is_moved, arrays = False, dict[str, np.ndarray]()
+        arrays = dict[str, np.ndarray]()
         has_changed = bool(changes.plain or changes.others)
         if changes.plain:
             self._write_plain(key, changes.plain)
         for place, template, former in changes.others:
             self._change(place, template, former, arrays)
-        for built, body, known in zip(self.built, key.bodies, self.key.bodies, strict=True):
-            element, joint, wxyz = built.links[0].element, built.free_joint, to_wxyz(body.quaternion)
-            element.pos, element.quat = body.position, wxyz  # which others may have moved since
-            if body.stands_as(known):
-                continue
-            is_moved, row = True, element.id
-            model.body_pos[row], model.body_quat[row] = body.position, wxyz
-            if joint is not None:
-                first = int(model.jnt_qposadr[joint.id])
-                for values in (model.qpos0, model.qpos_spring):
-                    values[first : first + 3], values[first + 3 : first + 7] = body.position, wxyz
+        positions, quaternions = key.poses
+        for built, position, wxyz in zip(self.built, positions, quaternions, strict=True):
+            element = built.links[0].element
+            element.pos, element.quat = position, wxyz  # which others may have moved since
+        is_moved = self.bases.move(model, self.key.poses, key.poses)
         mujoco.mj_resetData(model, data)
         if is_moved or has_changed:
             mujoco.mj_setConst(model, data)
@@ -336,6 +344,7 @@ def keep(
         of_arrays=of_arrays,
         memory=memory,
         numbers=memory.copy(),
+        bases=bases_of(model, built),
         inertia=float(model.stat.meaninertia),
     )
 

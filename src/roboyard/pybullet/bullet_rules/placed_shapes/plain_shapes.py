@@ -80,3 +80,13 @@ def boxes_of(shapes: Sequence[PlainShape]) -> tuple[np.ndarray, np.ndarray]:
     covers[:, :4], covers[are_balls, 4] = boxes, half[are_balls]
     covers[are_balls, :4] = 0.0
     return boxes, covers
+
+
+def write_box(shape: PlainShape, box: np.ndarray, cover: np.ndarray) -> None:
+    """Write what `boxes_of` returns of one shape into (4, 3) and (5, 3) arrays."""
+    x, y, z = shape.half
+    box[:] = 0.0
+    box[1, 0], box[2, 1], box[3, 2] = x, y, z
+    cover[:4], cover[4] = box, 0.0
+    if shape.is_ball:
+        cover[:4], cover[4] = 0.0, shape.half

@@ -16,7 +16,7 @@ from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins, margins_of_rows, special_margins
 from roboyard.pybullet.bullet_rules.placed_shapes.boxes import ENDLESS_BOX, ENDLESS_COVER, NO_HULL
 from roboyard.pybullet.bullet_rules.placed_shapes.placing import PlacedShapes
-from roboyard.pybullet.bullet_rules.placed_shapes.plain_shapes import PlainShape, boxes_of
+from roboyard.pybullet.bullet_rules.placed_shapes.plain_shapes import PlainShape, boxes_of, write_box
 from roboyard.sim.stepping.shape_forms import ShapeForms
 
 if TYPE_CHECKING:
@@ -81,39 +81,43 @@ class ShapeRows:
 
     def _gather(self, world: World, model: Any, records: Collection[Any]) -> None:
         """Look up the rows of all bodies; the last few sets of bodies are kept, some of which come again."""
-        key = tuple(record.shapes_key() for record in records)
+        plain, others = list[PlainPlace](), list[Any]()
+        for record in records:
+            place = plain_place(record)
+            if place is None:
+                others.append(record)
+            else:
+                plain.append(place)
+        places = [place.geom for place in plain], [place.body for place in plain]
+        key = *map(tuple, places), *(record.shapes_key() for record in others)
         kept = world.of_arrays.setdefault(_SHAPES, {})
         found = kept.get(key)
         if found is None:
             cylinders, triangles = list[int](), list[int]()
-            placed, plain = list[tuple[PlacedShapes, np.ndarray]](), list[PlainPlace]()
-            reaches = list[tuple[Any, Sequence[float]]]()
-            for record in records:
-                rows, place = record.body.mujoco_ids, _plain_place(record)
-                if place is not None:
-                    plain.append(place)
-                    continue
+            placed = list[tuple[PlacedShapes, np.ndarray]]()
+            for record in others:
+                rows = record.body.mujoco_ids
                 concave, has_cylinders = record.of_model("margins", special_margins)
                 if has_cylinders:
                     cylinders += rows.tolist()
                 triangles += [int(rows[index]) for index in concave]
                 placed.append((record.forms(model), rows))
-                reaches.append((rows, record.reaches()))
-            if plain:
-                reaches.append(([place.body for place in plain], [place.shape.reach for place in plain]))
-            forms, hulls = shape_forms(model, placed, plain)
+            reaches = [(record.body.mujoco_ids, record.reaches()) for record in others]
+            forms, hulls = shape_forms(model, placed)
             numbers = geom_margins(model, cylinders, triangles), contact_reaches(model, reaches), forms
             # with what the key has the ids of
-            found = kept[key] = numbers, hulls, [record.model.shared for record in records]
+            found = kept[key] = numbers, hulls, [record.model.shared for record in others]
             while len(kept) > _SHAPE_SETS:
                 del kept[next(iter(kept))]
         self._numbers, self._hulls, self._key = found[0], found[1], key
+        if plain:  # sizes may be others each time
+            self._write_plain(plain, *places)
 
     def _update(self, world: World, model: Any, records: Mapping[int, Any]) -> bool:
         """Write the rows of bodies that came or went; return whether all were, which new hulls prevent."""
         placed = self._placed
-        gone = [(key, record, _plain_place(record)) for key, record in placed.items() if key not in records]
-        come = [(key, record, _plain_place(record)) for key, record in records.items() if key not in placed]
+        gone = [(key, record, plain_place(record)) for key, record in placed.items() if key not in records]
+        come = [(key, record, plain_place(record)) for key, record in records.items() if key not in placed]
         forms = [None if place is not None else record.forms(model) for _, record, place in come]
         hulls = self._hulls
         if any(form is not None and _has_new(form, hulls) for form in forms):
@@ -131,7 +135,7 @@ class ShapeRows:
             del placed[key]
         for (key, record, place), form in zip(come, forms, strict=True):
             if place is not None:
-                self._write_plain(place)
+                self._write_one(place)
             elif form is not None:
                 self._write(model, record, form)
             placed[key] = record
@@ -151,12 +155,26 @@ class ShapeRows:
         shapes.covers[bodies] = ENDLESS_COVER
         shapes.rounding[geoms] = shapes.compound[geoms] = shapes.visits[geoms] = shapes.spans[geoms] = 0
 
-    def _write_plain(self, place: PlainPlace) -> None:
-        """Write the rows of a body of one plain shape."""
+    def _write_plain(self, places: Sequence[PlainPlace], geoms: Any, bodies: Any) -> None:
+        """Write the rows of bodies of one plain shape, whose other numbers are 0.
+
+        Args:
+            places: of the bodies.
+            geoms: places of their shapes.
+            bodies: rows of their links among MuJoCo's bodies.
+        """
+        _, reaches, shapes = self._numbers
+        shapes.boxes[geoms], covers = boxes_of([place.shape for place in places])
+        shapes.parts[geoms] = shapes.covers[bodies] = covers
+        reaches[geoms] = [place.shape.reach for place in places]
+        shapes.rounding[geoms] = [place.shape.rounding(place.margin) for place in places]
+
+    def _write_one(self, place: PlainPlace) -> None:
+        """Write the rows of a body of one plain shape, which were those of no body."""
         margins, reaches, shapes = self._numbers
         geom, shape = place.geom, place.shape
-        (shapes.boxes[geom],), (cover,) = boxes_of([shape])
-        shapes.parts[geom] = shapes.covers[place.body] = cover
+        write_box(shape, shapes.boxes[geom], shapes.parts[geom])
+        shapes.covers[place.body] = shapes.parts[geom]
         margins[geom], reaches[geom], shapes.rounding[geom] = 0.0, shape.reach, shape.rounding(place.margin)
         shapes.compound[geom] = shapes.visits[geom] = shapes.spans[geom] = 0
 
@@ -176,7 +194,7 @@ class ShapeRows:
             shapes.spans[form.geoms] = [_span(hull, hulls) for hull in form.hulls]
 
 
-def _plain_place(record: Any) -> PlainPlace | None:
+def plain_place(record: Any) -> PlainPlace | None:
     """Return where a body of one plain shape is; None for any other."""
     shape, geoms = record.plain_shape(), record.body.geom_rows
     if shape is None or len(geoms[0]) != 1:
@@ -189,15 +207,12 @@ def _has_new(form: PlacedShapes, hulls: Hulls) -> bool:
     return any(len(hull) and id(hull) not in hulls for hull in form.hulls)
 
 
-def shape_forms(
-    model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]], plain: Sequence[PlainPlace]
-) -> tuple[ShapeForms, Hulls]:
+def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -> tuple[ShapeForms, Hulls]:
     """Return the shapes of all geoms of an MjModel, and the hulls among them.
 
     Args:
         model: the MjModel.
         bodies: the shapes of each, and the (k,) rows of its links among MuJoCo's bodies.
-        plain: those of all other bodies.
     """
     geoms = model.ngeom
     boxes, compound = np.empty((geoms, 4, 3)), np.zeros(geoms, np.uint8)
@@ -223,11 +238,6 @@ def shape_forms(
                 spans[body.geoms] = [_span(hull, hulls) for hull in body.hulls]
         compound[places] = np.concatenate([body.compound for body, _ in bodies])
         visits[places] = np.concatenate([body.visits for body, _ in bodies])
-    if plain:
-        places = np.array([place.geom for place in plain], np.intp)
-        boxes[places], found = boxes_of([place.shape for place in plain])
-        parts[places] = covers[[place.body for place in plain]] = found
-        rounding[places] = [place.shape.rounding(place.margin) for place in plain]
     forms = ShapeForms(
         boxes=boxes,
         covers=covers,
