@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.pybullet.bullet_rules.placed_shapes.shape_rows import ShapeRows, plain_place
+from roboyard.pybullet.bullet_rules.placed_shapes.shape_rows import ShapeRows
 from roboyard.pybullet.state.pair_filters import PairFilters
 from roboyard.sim.world import World
 
@@ -61,13 +61,14 @@ class SceneShapes:
             The bodies whose first poses are known, those of plain shapes last; (n, 5, 3) boxes around all
             their links in the bases' frames (m), and the (n, 7) first pose of the base for each link.
         """
+        covers, places = self.shape_forms().covers, self.rows.plain
         others, plain, rows = list[int](), list[int](), list[int]()
         boxes, poses, first_poses = list[Any](), list[Any](), list[Any]()
         for body in bodies:
             record = self._records.get(body)
             if record is None or record.first_pose is None:
                 continue
-            place = plain_place(record)
+            place = places.get(body)
             if place is not None:
                 plain.append(body)
                 rows.append(place.body)
@@ -80,9 +81,9 @@ class SceneShapes:
         if not others and not plain:
             return [], None, None
         if not others:
-            return plain, self.shape_forms().covers[rows], np.array(first_poses)
+            return plain, covers[rows], np.array(first_poses)
         if plain:
-            boxes.append(self.shape_forms().covers[rows])
+            boxes.append(covers[rows])
             poses.append(first_poses)
         return [*others, *plain], np.concatenate(boxes), np.concatenate(poses)
 

@@ -6,7 +6,7 @@ where the arrays are new.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -55,6 +55,8 @@ class ShapeRows:
         self._is_complete = True
         """Whether other bodies have the shapes that were written."""
         self._hulls: Hulls = {}
+        self.plain: dict[int, PlainPlace] = {}
+        """Places of bodies of one plain shape, by their ids in the World, once `numbers` was called."""
 
     def gather_again(self) -> None:
         """Gather the rows of all bodies when one comes or goes next: those of another one have changed."""
@@ -73,22 +75,23 @@ class ShapeRows:
         world.ensure_compiled()
         model = world.live_model
         if self._model is not model or not self._is_complete or not self._update(world, model, records):
-            self._gather(world, model, records.values())
+            self._gather(world, model, records)
             self._placed, self._model, self._is_complete = dict(records), model, True
         self._revision = world.revision
         found = self._numbers
         return found
 
-    def _gather(self, world: World, model: Any, records: Collection[Any]) -> None:
+    def _gather(self, world: World, model: Any, records: Mapping[int, Any]) -> None:
         """Look up the rows of all bodies; the last few sets of bodies are kept, some of which come again."""
-        plain, others = list[PlainPlace](), list[Any]()
-        for record in records:
-            place = plain_place(record)
+        plain, others = dict[int, PlainPlace](), list[Any]()
+        for key_of_body, record in records.items():
+            place = _plain_place(record)
             if place is None:
                 others.append(record)
             else:
-                plain.append(place)
-        places = [place.geom for place in plain], [place.body for place in plain]
+                plain[key_of_body] = place
+        self.plain = plain
+        places = [place.geom for place in plain.values()], [place.body for place in plain.values()]
         key = *map(tuple, places), *(record.shapes_key() for record in others)
         kept = world.of_arrays.setdefault(_SHAPES, {})
         found = kept.get(key)
@@ -111,13 +114,13 @@ class ShapeRows:
                 del kept[next(iter(kept))]
         self._numbers, self._hulls, self._key = found[0], found[1], key
         if plain:  # sizes may be others each time
-            self._write_plain(plain, *places)
+            self._write_plain(list(plain.values()), *places)
 
     def _update(self, world: World, model: Any, records: Mapping[int, Any]) -> bool:
         """Write the rows of bodies that came or went; return whether all were, which new hulls prevent."""
         placed = self._placed
-        gone = [(key, record, plain_place(record)) for key, record in placed.items() if key not in records]
-        come = [(key, record, plain_place(record)) for key, record in records.items() if key not in placed]
+        gone = [(key, record, self.plain.pop(key, None)) for key, record in placed.items() if key not in records]
+        come = [(key, record, _plain_place(record)) for key, record in records.items() if key not in placed]
         forms = [None if place is not None else record.forms(model) for _, record, place in come]
         hulls = self._hulls
         if any(form is not None and _has_new(form, hulls) for form in forms):
@@ -136,6 +139,7 @@ class ShapeRows:
         for (key, record, place), form in zip(come, forms, strict=True):
             if place is not None:
                 self._write_one(place)
+                self.plain[key] = place
             elif form is not None:
                 self._write(model, record, form)
             placed[key] = record
@@ -194,7 +198,7 @@ class ShapeRows:
             shapes.spans[form.geoms] = [_span(hull, hulls) for hull in form.hulls]
 
 
-def plain_place(record: Any) -> PlainPlace | None:
+def _plain_place(record: Any) -> PlainPlace | None:
     """Return where a body of one plain shape is; None for any other."""
     shape, geoms = record.plain_shape(), record.body.geom_rows
     if shape is None or len(geoms[0]) != 1:
