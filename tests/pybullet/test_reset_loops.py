@@ -13,12 +13,12 @@ from tests.pybullet.conftest import close_all
 import roboyard.pybullet as p
 from roboyard.pybullet.bullet_rules.placed_shapes import shape_rows
 from roboyard.pybullet.connections import CLIENTS
-from roboyard.sim import simulation
+from roboyard.sim import simulated_bodies
 from roboyard.sim.engine import Engine
 from roboyard.sim.pool.body_pool import BodyPool
 from roboyard.sim.pool.kept_worlds import KeptWorld
 from roboyard.sim.pool.rows import PoolRows
-from roboyard.sim.stepping import manifolds
+from roboyard.sim.stepping.points import bound_points
 from roboyard.sim.stepping.sequential import motors
 
 PLANE = """<robot name="floor"><link name="floor"><contact><lateral_friction value="0.9"/></contact>
@@ -151,7 +151,7 @@ def agree(files: Path, monkeypatch: pytest.MonkeyPatch, **arguments: Any) -> Non
     reused = run(files, **arguments)
     with monkeypatch.context() as patch:
         patch.setattr(Engine, "_compile_key", lambda _: None)
-        patch.setattr(simulation, "plan", lambda *_: None)
+        patch.setattr(simulated_bodies, "plan", lambda *_: None)
         assert reused == run(files, **arguments)
 
 
@@ -501,7 +501,7 @@ def test_sets_of_bodies_that_come_again_move_alike(files: Path, monkeypatch: pyt
     """Arrays that are kept for such sets, against arrays that are made each time."""
     create_and_remove(files)
     kept = create_and_remove(files)
-    monkeypatch.setattr(manifolds, "_SETS", 0)
+    monkeypatch.setattr(bound_points, "_SETS", 0)
     monkeypatch.setattr(shape_rows, "_SHAPE_SETS", 0)
     monkeypatch.setattr(motors, "_ORDERS", 0)
     assert create_and_remove(files) == kept

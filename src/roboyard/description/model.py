@@ -65,6 +65,11 @@ class Pose:
     rpy: Vector3 | None = None
     """Roll, pitch, yaw (rad) as written in the file, where there is one; kept for lossless writing."""
 
+    @property
+    def is_identity(self) -> bool:
+        """Whether the frame is its parent's."""
+        return tuple(self.position) == (0.0, 0.0, 0.0) and tuple(self.quaternion) == (0.0, 0.0, 0.0, 1.0)
+
     def matrix(self) -> Array:
         """(4, 4) homogeneous matrix."""
         return pose_matrix(self.position, self.quaternion)

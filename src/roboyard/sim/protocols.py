@@ -9,7 +9,7 @@ import numpy as np
 from roboyard.description.model import RobotDescription
 from roboyard.sim.build.mesh_assets import MeshAssets
 from roboyard.sim.build.planned import PlannedBody
-from roboyard.sim.build.records import Built
+from roboyard.sim.build.records import BodyRows, Built
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
@@ -60,6 +60,14 @@ class EngineBody(Protocol):
 
     def refresh(self, model: Any) -> None:
         """Look up the body's rows in the arrays of a compiled model."""
+        ...
+
+    def rows(self) -> BodyRows:
+        """Return the body's rows in the arrays of the compiled model."""
+        ...
+
+    def take_rows(self, rows: BodyRows) -> None:
+        """Take the rows of another body that had the same elements."""
         ...
 
     @property

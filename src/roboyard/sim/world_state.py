@@ -11,7 +11,7 @@ from roboyard._records import dataclass
 from roboyard.errors import ModelError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
-from roboyard.sim.stepping.kept_points import KeptPoints
+from roboyard.sim.stepping.points.kept_points import KeptPoints
 from roboyard.transforms import Array
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
-from roboyard.pybullet.state.body_records import BodyRecord
+from roboyard.pybullet.state.bodies.body_records import BodyRecord
 
 ARM = """<robot name="arm"><link name="base">
     <inertial><mass value="4"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>

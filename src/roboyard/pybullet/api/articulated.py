@@ -13,13 +13,13 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.fast.fast_commands import replace_dynamics
+from roboyard.pybullet.state.bodies.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 from roboyard.pybullet.state.frames import rotated
-from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 from roboyard.transforms import Array, matrix_from_quaternion, multiply
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]

@@ -16,13 +16,13 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import error, failure
 from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_bases
-from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
+from roboyard.pybullet.state.bodies.body_records import RIGID_BODY
 from roboyard.pybullet.state.frames import cross, inertial_pose, link_pose, rotated
 
 if TYPE_CHECKING:
     from roboyard.description.model import Pose
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
@@ -253,7 +253,7 @@ def resetBaseVelocity(
         record.soft.velocities = np.broadcast_to(linear, (len(record.soft.masses), 3))
         scene.frames_are_old = True
     if record.free_velocity is None:
-        if record.kind == RIGID_BODY or record.soft is not None or has_plane(record):
+        if record.kind == RIGID_BODY or record.soft is not None or record.shapes.has_plane:
             return
         if not any(linear or ()) and not any(angular or ()):
             return

@@ -14,7 +14,7 @@ from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_closest, replace_contacts
-from roboyard.pybullet.state.body_records import NO_SIDE, Side, side_of
+from roboyard.pybullet.state.bodies.body_records import NO_SIDE, Side, side_of
 from roboyard.pybullet.state.contacts import ANY_LINK, Point, contacts_between, selected, touching
 
 if TYPE_CHECKING:

@@ -18,11 +18,11 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_motors
-from roboyard.pybullet.state.joint_tables import VELOCITY_COUNT
+from roboyard.pybullet.state.bodies.joint_tables import VELOCITY_COUNT
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]

@@ -30,12 +30,12 @@ from roboyard.pybullet.fast.dynamics_writes import (
 )
 from roboyard.pybullet.fast.fast_commands import replace_dynamics_info, replace_properties
 from roboyard.pybullet.fast.pairs import PAIR, SIGNED_PAIR
-from roboyard.pybullet.state.body_records import RIGID_BODY, has_plane
+from roboyard.pybullet.state.bodies.body_records import RIGID_BODY
 from roboyard.sim.build.masses import LEAST_SHARE
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord, LinkState
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord, LinkState
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
@@ -76,7 +76,7 @@ def getDynamicsInfo(client: Client, bodyUniqueId: int, linkIndex: int) -> tuple[
     return (
         *(s.mass, s.friction, s.moments, s.frame.position, s.frame.quaternion),
         *(s.restitution, s.rolling_friction, s.spinning_friction, s.contact_damping, s.contact_stiffness),
-        *(record.kind, record.bounds(linkIndex)[1]),
+        *(record.kind, record.shapes.bounds(linkIndex)[1]),
     )
 
 
@@ -226,13 +226,13 @@ def _set_mass(
     if moments is None:
         if is_known and state.solid_mass == mass:
             return
-        moments = shape_moments(mass, *record.bounds(link))
+        moments = shape_moments(mass, *record.shapes.bounds(link))
     state.solid_mass = float(mass) if by_shape else None
     if is_known and moments == state.moments:
         return
     was_massless, turned = state.mass == 0.0, not never_turns(state.moments)
     state.mass, state.moments = float(mass), moments
-    if mass > 0.0 and link == -1 and record.model.fixed_base and not has_plane(record):
+    if mass > 0.0 and link == -1 and record.model.fixed_base and not record.shapes.has_plane:
         scene.free_base(record)
         was_massless = True
     if mass == 0.0 or was_massless:

@@ -81,7 +81,7 @@ def _push(
         return
     push = record.link_pusher
     if push is None:
-        from roboyard.pybullet.state.link_groups import link_pusher
+        from roboyard.pybullet.state.bodies.link_groups import link_pusher
 
         push = link_pusher(scene, record)
     local = at_centre + 1 if flags == c.LINK_FRAME else at_centre

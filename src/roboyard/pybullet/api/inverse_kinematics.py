@@ -13,13 +13,13 @@ from roboyard.pybullet.api.bodies import base_inertial_pose
 from roboyard.pybullet.face.arguments import floats, number, quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import error, failure
-from roboyard.pybullet.state.joint_tables import POSITION_COUNT
+from roboyard.pybullet.state.bodies.joint_tables import POSITION_COUNT
 from roboyard.transforms import Array, conjugate, multiply, normalized, rotate
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 steps = lazy_module("roboyard.kinematics.steps")

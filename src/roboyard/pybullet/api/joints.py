@@ -13,12 +13,12 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_joints
-from roboyard.pybullet.state.joint_groups import NO_REACTION, joint_group
-from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT
+from roboyard.pybullet.state.bodies.joint_groups import NO_REACTION, joint_group
+from roboyard.pybullet.state.bodies.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
 
 Vector = Sequence[float]
 State = tuple[Any, ...]

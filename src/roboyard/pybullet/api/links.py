@@ -14,7 +14,7 @@ from roboyard.pybullet.state.frames import SINGLE_READS
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord, LinkReader, MovedLinkReader
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord, LinkReader, MovedLinkReader
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.pool.lone_bodies import LoneBody
     from roboyard.sim.world import World
@@ -119,7 +119,7 @@ def getLinkStates(
     if not all(0 <= link < count for link in links):
         read = _reader(world, record)
         return tuple(read(link, computeLinkVelocity) if 0 <= link < count else None for link in links)
-    from roboyard.pybullet.state.link_groups import link_group
+    from roboyard.pybullet.state.bodies.link_groups import link_group
 
     return link_group(world, record, links).read(computeLinkVelocity)
 
@@ -138,7 +138,7 @@ def _existing(scene: PhysicsScene, body: int) -> BodyRecord:
 
 
 def _moved_reader(scene: PhysicsScene, record: BodyRecord) -> MovedLinkReader:
-    from roboyard.pybullet.state.link_groups import moved_link_reader
+    from roboyard.pybullet.state.bodies.link_groups import moved_link_reader
 
     return moved_link_reader(scene.world, record)
 
@@ -146,7 +146,7 @@ def _moved_reader(scene: PhysicsScene, record: BodyRecord) -> MovedLinkReader:
 def _reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
     if record.link_reader is not None:
         return record.link_reader
-    from roboyard.pybullet.state.link_groups import link_reader
+    from roboyard.pybullet.state.bodies.link_groups import link_reader
 
     return link_reader(world, record)
 

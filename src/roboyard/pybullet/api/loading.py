@@ -23,7 +23,7 @@ from roboyard.pybullet.bullet_rules.unreadable_meshes import (
 from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY, of_model
+from roboyard.pybullet.state.bodies.body_records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.state.file_search import find_file, is_as_named, is_file, not_found_remedy
 from roboyard.pybullet.state.pair_filters import self_collisions
 from roboyard.pybullet.state.soft_records import add_soft_body
@@ -34,7 +34,7 @@ from roboyard.untrusted.files import is_inside
 if TYPE_CHECKING:
     from roboyard.description.model import RobotDescription
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.shapes.mesh import TriangleMesh
 
 Vector = Sequence[float]
@@ -150,7 +150,7 @@ def _beside(client: Client, folder: Path, name: str) -> Path | None:
 def _apply_file_filters(client: Client, record: BodyRecord) -> None:
     """Apply the collision groups and masks of the file; the last collision of a link counts."""
     filters = client.scene.filters
-    for link, given in of_model(record.model, "filters", _file_filters):
+    for link, given in record.model.once("filters", _file_filters):
         group = given.get("group", filters.group_of(record.number, link))
         filters.set_group((record.number, link), group, given.get("mask", -1), is_first=True)
 
@@ -280,7 +280,7 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
                 file=str(path),
                 kind=RIGID_BODY if not whole(useMultiBody) and len(model.links) == 1 else MULTIBODY,
             )
-            record.is_mjcf = True
+            record.shapes.is_mjcf = True
             if names:
                 record.rename_joints(names)
             ids.append(record.number)

@@ -23,14 +23,14 @@ from roboyard.pybullet.fast.fast_commands import (
     replace_overlaps,
     replace_rays,
 )
-from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
+from roboyard.pybullet.state.bodies.body_records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.state.frames import BROADPHASE_MARGIN
 from roboyard.sim.queries.rays import ShapeHit, first_shape
 from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord, LinkBoxes, SceneBoxes
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord, LinkBoxes, SceneBoxes
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
@@ -38,7 +38,7 @@ Triple = tuple[float, ...]
 Hit = tuple[int, int, float, tuple[float, ...], tuple[float, ...]]
 _NOTHING = (0.0, 0.0, 0.0)
 _MISS: Hit = (-1, -1, 1.0, _NOTHING, _NOTHING)
-link_groups = lazy_module("roboyard.pybullet.state.link_groups")
+link_groups = lazy_module("roboyard.pybullet.state.bodies.link_groups")
 _RESUME_OFFSET = 1e-5
 """Fraction of the ray beyond a hit where the search for the next one starts."""
 

@@ -14,7 +14,7 @@ from roboyard.pybullet.readers.saved_arrays import write_arrays
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.sim.stepping.impulses.point_arrays import tree_of_boxes
 from roboyard.sim.stepping.impulses.records import HIDDEN
-from roboyard.sim.stepping.kept_points import KeptPoints, MetPairs
+from roboyard.sim.stepping.points.kept_points import KeptPoints, MetPairs
 from roboyard.untrusted.arrays import ArraysError, read_arrays
 
 if TYPE_CHECKING:

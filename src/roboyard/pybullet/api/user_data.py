@@ -9,7 +9,6 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.fast.fast_commands import replace_user_data
-from roboyard.pybullet.state.body_records import of_model
 from roboyard.pybullet.state.user_data import UserDataKey
 
 if TYPE_CHECKING:
@@ -18,12 +17,12 @@ if TYPE_CHECKING:
 
     from roboyard.pybullet.bullet_rules.models import BodyModel
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
 
 
 def attach_from_file(client: Client, record: BodyRecord) -> None:
     """Add the `<bullet><user-data key="...">` entries of a URDF file: of the robot, links and visuals."""
-    for link, shape, key, content in of_model(record.model, "user_data", _entries):
+    for link, shape, key, content in record.model.once("user_data", _entries):
         client.user_data.put(UserDataKey(record.number, link, shape, key), content)
 
 

@@ -96,6 +96,18 @@ class BodyModel:
     shared: dict[str, Any] = field(default_factory=dict)
     """Results that all bodies of a file have in common: copies of this model share them."""
 
+    def once(self, name: str, compute: Callable[[BodyModel], Any]) -> Any:
+        """Return what a function computes of this model, once for all bodies that have it in common.
+
+        Args:
+            name: of the result in `shared`.
+            compute: the function.
+        """
+        found = self.shared.get(name)
+        if found is None:
+            found = self.shared[name] = compute(self)
+        return found
+
     def copied(self) -> BodyModel:
         """Return a model that shares all with this one but for whether its base is fixed."""
         return BodyModel(

@@ -11,7 +11,7 @@ from roboyard._records import NamedTuple
 from roboyard.native.entry_parts import ATTRIBUTE, FOUND, WHOLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
-from roboyard.pybullet.state.body_records import RIGID_BODY
+from roboyard.pybullet.state.bodies.body_records import RIGID_BODY
 
 
 class InfoState(NamedTuple):
@@ -37,12 +37,13 @@ class InfoState(NamedTuple):
         *("contact_damping", "contact_stiffness"),
     )
     """Attributes of a link; those after the third come after the frame."""
+    shapes: str = "shapes"
 
 
 _INFO = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
 COMMAND, NONE, TRUE, BASE, SCENE, BODIES, BODY_KIND, LINKS, JOINTS, BOUNDS, MARGIN, ROUND = range(3, 15)
-CHANGED, FRAME, OF_FRAME, FIELDS = range(15, 19)
+CHANGED, FRAME, OF_FRAME, FIELDS, SHAPES = range(15, 20)
 {parts(ATTRIBUTE, FOUND, WHOLE)}
 @part
 def put(made, place, value):
@@ -51,7 +52,7 @@ def put(made, place, value):
 
 @part
 def margin_of(state, record, link, number):
-    box = found(attribute(record, word(state, BOUNDS)), number)
+    box = found(attribute(attribute(record, word(state, SHAPES)), word(state, BOUNDS)), number)
     if box == 0:
         return 0
     changed = attribute(link, word(state, CHANGED))

@@ -12,11 +12,11 @@ import numpy as np
 from roboyard.description.mass_properties import MIN_INERTIA
 from roboyard.pybullet.bullet_rules.models import LEAST_MOMENT, never_turns
 from roboyard.pybullet.fast.fast_commands import forget_write, is_changed_again, prepare_write
-from roboyard.pybullet.state.body_records import MULTIBODY
+from roboyard.pybullet.state.bodies.body_records import MULTIBODY
 from roboyard.sim.build.planned import PlannedBody
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.sim.engine import Engine
     from roboyard.transforms import Array
 

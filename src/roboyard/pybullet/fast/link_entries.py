@@ -16,12 +16,12 @@ from roboyard.native.entry_parts import TRIPLE, WHOLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.fast_entries import PARTS
+from roboyard.pybullet.state.bodies.link_groups import chain_kernels, chain_of, inertial_frames
 from roboyard.pybullet.state.frames import SINGLE_READS
-from roboyard.pybullet.state.link_groups import chain_kernels, chain_of, inertial_frames
 from roboyard.pybullet.state.state_kernels import link_pose, link_state
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 KIND = "links"

@@ -17,7 +17,7 @@ from roboyard.pybullet.state.contacts import ANY_LINK, touching
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 START = b"\xaa\xbb"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
 
 _HEAD = """import pybullet as p
 

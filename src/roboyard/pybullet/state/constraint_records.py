@@ -10,7 +10,7 @@ from roboyard.pybullet.face import constants as c
 
 if TYPE_CHECKING:
     from roboyard.pybullet.face.arguments import Quaternion, Vector3
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.sim.constraints.records import Constraint
     from roboyard.sim.link import Link
     from roboyard.sim.soft.soft_body import Anchor, SoftBody

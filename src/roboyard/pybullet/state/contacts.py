@@ -12,7 +12,7 @@ from roboyard._records import dataclass
 from roboyard.pybullet.bullet_rules.contact_order import tangents
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.pybullet.state.state_kernels import Listed
     from roboyard.sim.queries.contacts import ContactArrays
 
@@ -230,7 +230,7 @@ def _comes_second(
     """
     for record, place in ((one, a), (other, b)):
         if place not in kinds:
-            kinds[place] = record.contact_kind(place[1])
+            kinds[place] = record.shapes.contact_kind(place[1])
     if kinds[a] != kinds[b]:
         return kinds[a] < kinds[b]
     if turns[0] != turns[1]:
@@ -330,7 +330,7 @@ class LastStep:
         for key, record in records.items():
             if key not in placed:
                 geoms = record.body.geom_rows
-                for link, (rows, kinds) in enumerate(zip(geoms, record.kinds(geoms), strict=True)):
+                for link, (rows, kinds) in enumerate(zip(geoms, record.shapes.kinds(geoms), strict=True)):
                     places[rows] = record.number, link - 1, 0, key
                     places[rows, 2] = kinds
                 placed[key] = [row for rows in geoms for row in rows]

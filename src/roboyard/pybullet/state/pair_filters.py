@@ -15,7 +15,7 @@ from roboyard.pybullet.face import constants as c
 
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.models import BodyModel
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.sim.link import Link
     from roboyard.sim.world import World
 

@@ -14,7 +14,7 @@ from roboyard.sim.world import World
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.placed_shapes.shape_rows import Numbers
     from roboyard.pybullet.bullet_rules.ray_starts import MarginShapes
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.pybullet.state.query_shapes import QueryShapes
     from roboyard.sim.stepping.shape_forms import ShapeForms
 
@@ -74,10 +74,10 @@ class SceneShapes:
                 rows.append(place.body)
                 first_poses.append(record.first_pose)
                 continue
-            found, pose = record.first_boxes(self._world.live_model)
+            found = record.shapes.first_boxes(self._world.live_model)
             others.append(body)
             boxes.append(found)
-            poses.append(np.tile(pose, (len(found), 1)))
+            poses.append(np.tile(record.first_pose, (len(found), 1)))
         if not others and not plain:
             return [], None, None
         if not others:

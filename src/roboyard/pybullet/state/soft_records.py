@@ -14,7 +14,7 @@ from roboyard.sim.soft.materials import Springs
 if TYPE_CHECKING:
     from roboyard.pybullet.face.arguments import Quaternion, Vector3
     from roboyard.pybullet.readers.deformable import SoftModel
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 _STIFFEST = 0.1

@@ -13,12 +13,11 @@ import numpy as np
 
 from roboyard.description.model import Mesh
 from roboyard.errors import MeshError
-from roboyard.pybullet.state.body_records import of_model
 from roboyard.shapes.load import load_mesh
 
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.models import BodyModel
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.sim.world import World
 
 _MOST_GONE = 256
@@ -51,9 +50,7 @@ class Textures:
         if record in self._pending:
             self._gone.append(record)
             if record.body.description is None or len(self._gone) > _MOST_GONE:
-                self._pending = [
-                    one for one in self._pending if of_model(one.model, "has images", _has_images)
-                ]
+                self._pending = [one for one in self._pending if one.model.once("has images", _has_images)]
                 self.assign_pending(world)
         self._of_shapes.pop(record.number, None)
 

@@ -14,7 +14,7 @@ from roboyard.viewer.scene.drawings import Drawing, SceneLines
 from roboyard.viewer.scene.texts import SceneText
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Parent = tuple[int, int] | None

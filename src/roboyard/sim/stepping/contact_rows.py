@@ -17,7 +17,8 @@ import numpy as np
 from roboyard._lazy import lazy_module
 from roboyard._mujoco import mujoco
 from roboyard.sim.stepping.impulses import records as r
-from roboyard.sim.stepping.manifolds import FIRST_CONTACTS, Manifolds
+from roboyard.sim.stepping.manifolds import Manifolds
+from roboyard.sim.stepping.points.bound_points import FIRST_CONTACTS
 from roboyard.sim.stepping.step_row_kernels import Contacts, Rows
 from roboyard.sim.stepping.step_rows import ALL, StepRows
 from roboyard.transforms import Array

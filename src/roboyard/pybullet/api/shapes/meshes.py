@@ -22,7 +22,7 @@ from roboyard.transforms import Array, conjugate, matrix_from_quaternion, multip
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.models import BodyModel
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.shapes.mesh import TriangleMesh
 
 _NO_MESH = "getMeshData failed"
@@ -59,7 +59,7 @@ def getMeshData(
 
         return soft_mesh(record.soft, simulated=whole(flags) == c.MESH_DATA_SIMULATION_MESH)
     whole(flags)
-    known = record.of_model("mesh data", _no_answers)
+    known = record.model.once("mesh data", _no_answers)
     key = linkIndex, max(whole(collisionShapeIndex), -1)
     if key not in known:
         link = record.model.links[linkIndex + 1]

@@ -43,7 +43,7 @@ from roboyard.pybullet.face.arguments import (
 )
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
+from roboyard.pybullet.state.bodies.body_records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.state.pair_filters import self_collisions
 
 if TYPE_CHECKING:

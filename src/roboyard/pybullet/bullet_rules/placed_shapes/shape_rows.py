@@ -92,7 +92,7 @@ class ShapeRows:
                 plain[key_of_body] = place
         self.plain = plain
         places = [place.geom for place in plain.values()], [place.body for place in plain.values()]
-        key = *map(tuple, places), *(record.shapes_key() for record in others)
+        key = *map(tuple, places), *(record.shapes.key() for record in others)
         kept = world.of_arrays.setdefault(_SHAPES, {})
         found = kept.get(key)
         if found is None:
@@ -100,12 +100,12 @@ class ShapeRows:
             placed = list[tuple[PlacedShapes, np.ndarray]]()
             for record in others:
                 rows = record.body.mujoco_ids
-                concave, has_cylinders = record.of_model("margins", special_margins)
+                concave, has_cylinders = record.model.once("margins", special_margins)
                 if has_cylinders:
                     cylinders += rows.tolist()
                 triangles += [int(rows[index]) for index in concave]
-                placed.append((record.forms(model), rows))
-            reaches = [(record.body.mujoco_ids, record.reaches()) for record in others]
+                placed.append((record.shapes.forms(model), rows))
+            reaches = [(record.body.mujoco_ids, record.shapes.reaches()) for record in others]
             forms, hulls = shape_forms(model, placed)
             numbers = geom_margins(model, cylinders, triangles), contact_reaches(model, reaches), forms
             # with what the key has the ids of
@@ -119,9 +119,11 @@ class ShapeRows:
     def _update(self, world: World, model: Any, records: Mapping[int, Any]) -> bool:
         """Write the rows of bodies that came or went; return whether all were, which new hulls prevent."""
         placed = self._placed
-        gone = [(key, record, self.plain.pop(key, None)) for key, record in placed.items() if key not in records]
+        gone = [
+            (key, record, self.plain.pop(key, None)) for key, record in placed.items() if key not in records
+        ]
         come = [(key, record, _plain_place(record)) for key, record in records.items() if key not in placed]
-        forms = [None if place is not None else record.forms(model) for _, record, place in come]
+        forms = [None if place is not None else record.shapes.forms(model) for _, record, place in come]
         hulls = self._hulls
         if any(form is not None and _has_new(form, hulls) for form in forms):
             return False
@@ -132,7 +134,7 @@ class ShapeRows:
             if place is not None:
                 self._forget(place.geom, place.body, 0.0)
             else:
-                form = record.forms(model)
+                form = record.shapes.forms(model)
                 margins = margins_of_rows(model, form.geoms, has_cylinders=False)
                 self._forget(form.rows, record.body.mujoco_ids, margins)
             del placed[key]
@@ -186,9 +188,9 @@ class ShapeRows:
         """Write the rows of a body, whose shapes are given."""
         margins, reaches, shapes = self._numbers
         rows, hulls = form.rows, self._hulls
-        has_cylinders = record.of_model("margins", special_margins)[1]
+        has_cylinders = record.model.once("margins", special_margins)[1]
         margins[rows] = margins_of_rows(model, form.geoms, has_cylinders=has_cylinders)
-        reaches[rows] = _of_geoms(record.reaches(), record.body.geom_rows)
+        reaches[rows] = _of_geoms(record.shapes.reaches(), record.body.geom_rows)
         shapes.boxes[rows], shapes.parts[rows] = form.boxes, form.parts
         shapes.covers[record.body.mujoco_ids] = form.covers
         shapes.rounding[rows], shapes.compound[rows] = form.rounding, form.compound
@@ -200,10 +202,10 @@ class ShapeRows:
 
 def _plain_place(record: Any) -> PlainPlace | None:
     """Return where a body of one plain shape is; None for any other."""
-    shape, geoms = record.plain_shape(), record.body.geom_rows
+    shape, geoms = record.shapes.plain(), record.body.geom_rows
     if shape is None or len(geoms[0]) != 1:
         return None
-    return PlainPlace(shape, record.bounds(-1)[1], geoms[0][0], int(record.body.mujoco_ids[0]))
+    return PlainPlace(shape, record.shapes.bounds(-1)[1], geoms[0][0], int(record.body.mujoco_ids[0]))
 
 
 def _has_new(form: PlacedShapes, hulls: Hulls) -> bool:

@@ -25,7 +25,7 @@ from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.world import World
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.body_records import Side
+    from roboyard.pybullet.state.bodies.body_records import Side
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.body import Body
 
@@ -236,10 +236,10 @@ class ClosestCopies:
         self._forget_removed()
         self._forget_prepared()
         what = owner.owner
-        if hasattr(what, "shapes"):
-            links: list[tuple[Collision, ...]] = [what.shapes]
+        if hasattr(what, "model"):
+            links: list[tuple[Collision, ...]] = [link.collisions for link in what.model.description.links]
         else:
-            links = [link.collisions for link in what.model.description.links]
+            links = [what.shapes]
         is_soft = getattr(what, "soft", None) is not None
         if is_soft or not can_call(mujoco_library) or not all(map(_are_plain, links)):
             owner.is_refused = True

@@ -29,7 +29,7 @@ from roboyard.pybullet.fast.closest.search import FEW, ZEROS
 
 if TYPE_CHECKING:
     from roboyard.pybullet.fast.closest.search import ClosestSearch
-    from roboyard.pybullet.state.body_records import Side
+    from roboyard.pybullet.state.bodies.body_records import Side
 
 KIND = "closest"
 _SCENE, _ROOM = -1, 256

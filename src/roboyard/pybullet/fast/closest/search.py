@@ -11,7 +11,7 @@ from roboyard.pybullet.fast.closest import kernels
 from roboyard.sim.mujoco_library import mujoco_library
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.body_records import Side
+    from roboyard.pybullet.state.bodies.body_records import Side
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.world import World
 
@@ -62,7 +62,7 @@ class ClosestSearch:
 
 def arrays_of_shapes(world: World) -> Any:
     """Return MuJoCo's arrays of a compiled world as the argument of the loops."""
-    from roboyard.pybullet.state.link_groups import chain_of
+    from roboyard.pybullet.state.bodies.link_groups import chain_of
 
     model, data = world.live_model, world.live_data
     shapes = kernels.Shapes(

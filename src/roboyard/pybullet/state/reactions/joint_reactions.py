@@ -9,12 +9,12 @@ import numpy as np
 from roboyard._records import NamedTuple
 from roboyard.native import compiled
 from roboyard.pybullet.face.constants import JOINT_PRISMATIC, JOINT_REVOLUTE
-from roboyard.pybullet.state.joint_groups import NO_REACTION
+from roboyard.pybullet.state.bodies.joint_groups import NO_REACTION
 from roboyard.pybullet.state.reactions import second_pass
 from roboyard.pybullet.state.reactions.second_pass import cross, minus, plus, times, vector
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.sim.world import World
 
 

@@ -17,7 +17,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from roboyard.pybullet.face.arguments import Vector3
-    from roboyard.pybullet.state.body_records import BodyRecord, LinkPusher, LinkReader, MovedLinkReader
+    from roboyard.pybullet.state.bodies.body_records import (
+        BodyRecord,
+        LinkPusher,
+        LinkReader,
+        MovedLinkReader,
+    )
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.pool.lone_bodies import LoneBody
     from roboyard.sim.world import World
@@ -153,7 +158,7 @@ class LinkBoxes:
         self._frames, self._rows = inertial_frames(record), np.array(record.rows, dtype=np.int64)
         self._box, self._boxes = np.zeros(6), np.zeros((count, 8))
         for place, link in enumerate(record.model.links):
-            bounds, margin = record.bounds(place - 1)
+            bounds, margin = record.shapes.bounds(place - 1)
             kind = {"sphere": 1.0, "plane": 2.0}.get(bounds.kind, 0.0)
             self._boxes[place] = *bounds.grown(margin).reshape(-1), kind, bool(link.collisions)
         if "box" in world.prepared and record.soft is None:
@@ -281,7 +286,7 @@ def _boxes_as_added(record: BodyRecord, model: Any) -> Array:
     """
     if record.first_pose is None:
         return np.full((len(record.rows), 6), np.nan)
-    covers, pose = record.first_boxes(model)
+    covers, pose = record.shapes.first_boxes(model), np.array(record.first_pose)
     turn = matrix_from_quaternion(pose[3:])
     half = np.abs(covers[:, 1:4] @ turn.T).sum(axis=1) + covers[:, 4]
     middle = covers[:, 0] @ turn.T + pose[:3]
@@ -357,7 +362,7 @@ class AwaitingBoxes:
         self._update, self._found = update, np.zeros(6)
         self._boxes = np.zeros((len(record.rows), 8))
         for place, link in enumerate(record.model.links):
-            bounds, margin = record.bounds(place - 1)
+            bounds, margin = record.shapes.bounds(place - 1)
             kind = {"sphere": 1.0, "plane": 2.0}.get(bounds.kind, 0.0)
             self._boxes[place] = *bounds.grown(margin).reshape(-1), kind, bool(link.collisions)
 

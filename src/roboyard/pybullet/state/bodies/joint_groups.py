@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.pybullet.state.joint_tables import POSITION_COUNT
+from roboyard.pybullet.state.bodies.joint_tables import POSITION_COUNT
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.transforms import Array
 
 NO_REACTION = (0.0,) * 6

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from roboyard._records import NamedTuple, dataclass
-from roboyard.description.model import Box, Capsule, Plane, Pose, Sphere
-from roboyard.pybullet.bullet_rules.contact_order import COMPOUND, CONVEX, is_field, kinds_of
+from roboyard.description.model import Pose
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
-from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
-from roboyard.pybullet.state.joint_tables import (
+from roboyard.pybullet.state.bodies.body_shapes import BodyShapes
+from roboyard.pybullet.state.bodies.joint_tables import (
     POSITION_COUNT,
     VELOCITY_COUNT,
     JointLayout,
@@ -27,10 +25,6 @@ from roboyard.transforms import Array, conjugate, multiply, rotate
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
     from roboyard.pybullet.bullet_rules.link_trees import LinkTree
-    from roboyard.pybullet.bullet_rules.placed_shapes.boxes import ShapeBoxes
-    from roboyard.pybullet.bullet_rules.placed_shapes.placing import PlacedShapes
-    from roboyard.pybullet.bullet_rules.placed_shapes.plain_shapes import PlainShape
-    from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds
     from roboyard.pybullet.face.arguments import Vector3
     from roboyard.sim.body import Body
     from roboyard.sim.link import Link
@@ -187,18 +181,16 @@ class BodyRecord:
         self.folder: str | None = None
         """Folder of the file as the script gave it; None where a search path or a link led to the file."""
         self.kind = kind
-        self.infos: Sequence[tuple[Any, ...]] = (
-            of_model(model, "infos", joint_infos) if kind == MULTIBODY else ()
-        )
+        self.infos: Sequence[tuple[Any, ...]] = model.once("infos", joint_infos) if kind == MULTIBODY else ()
         """The fields of getJointInfo; empty for rigid bodies, whose joints are hidden, as in PyBullet."""
         self.joint_count = len(self.infos)
         self.dof_count = sum(VELOCITY_COUNT[info[2]] for info in self.infos) + 6 * (not model.fixed_base)
         """Degrees of freedom of the joints, plus six if it was loaded with a floating base."""
-        self.links = [LinkState(**fields) for fields in of_model(model, "links", _link_fields)]
+        self.links = [LinkState(**fields) for fields in model.once("links", _link_fields)]
+        self.shapes = BodyShapes(model, self.links, body, at_inertial=kind != MULTIBODY)
+        """Its shapes as Bullet has them."""
         self.held: dict[int, float] = {}
         """Inertia of the motors of joints that are held because nothing beyond them has mass or inertia."""
-        self._bounds: dict[int, LinkBounds] = of_model(model, "bounds", _nothing)
-        self._forms: tuple[Any, list[float | None], Any] = (None, [], None)
         self.collision_rows: dict[int, tuple[tuple[Any, ...], ...]] = {}
         """The fields of getCollisionShapeData by link, once they were asked for."""
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
@@ -234,8 +226,6 @@ class BodyRecord:
         """Pose of the inertial frame where a script put a fixed base last; None where others moved it."""
         self.first_pose: tuple[float, ...] | None = None
         """Position and quaternion (7,) of the base link frame when it was loaded."""
-        self.is_mjcf = False
-        """Whether it was loaded from an MJCF file."""
         self.fixed_poses: Any = None
         """Poses of the inertial and the link frame of a fixed base, once they were asked for."""
         self.fixed_axes: tuple[Any, Array] | None = None
@@ -272,7 +262,7 @@ class BodyRecord:
         self.loaded_fixed = model.fixed_base
         """Whether the base was fixed when it was loaded (a new mass can free it)."""
         self.base_frame = model.links[0].frame
-        self.base_is_plain = _is_identity(self.base_frame)
+        self.base_is_plain = self.base_frame.is_identity
 
     @property
     def name(self) -> str:
@@ -287,124 +277,9 @@ class BodyRecord:
         """Return the type of a joint (JOINT_REVOLUTE, ...), or HIDDEN_JOINT."""
         return self.infos[joint][2] if joint < self.joint_count else HIDDEN_JOINT
 
-    def bounds(self, link: int) -> tuple[LinkBounds, float]:
-        """Return the box of a link's shapes and its current margin (m)."""
-        found = self._bounds.get(link)
-        if found is None:
-            model = self.model.links[link + 1]
-            found = self._bounds[link] = self.model.bounds_of(self.links[link + 1].frame, model.collisions)
-        changed = self.links[link + 1].collision_margin
-        return found, found.margin if changed is None or found.is_round else changed
-
-    @property
-    def shape_boxes(self) -> ShapeBoxes:
-        """The boxes around the shapes of all links, as files had them when the body was made."""
-        found: ShapeBoxes = of_model(self.model, "boxes", _shape_boxes)
-        return found
-
     def rename_joints(self, names: Mapping[int, bytes]) -> None:
         """Give joints, by index, other names than those of the model."""
         self.infos = [(info[0], names.get(info[0], info[1]), *info[2:]) for info in self.infos]
-
-    def of_model(self, name: str, compute: Callable[[BodyModel], Any]) -> Any:
-        """Return what a function computes of the model, once for all bodies that have it in common."""
-        return of_model(self.model, name, compute)
-
-    def shapes_key(self) -> tuple[Any, ...]:
-        """Return a key of the shapes of this body and their places, valid while `model.shared` is held."""
-        shapes = of_model(self.model, "key", _shapes_of)
-        return shapes, self.body.mujoco_ids.tobytes(), tuple(self._changed_margins())
-
-    def forms(self, model: Any) -> PlacedShapes:
-        """Return all shapes and their geoms.
-
-        Args:
-            model: MjModel that the geoms are of; the result is kept as long as it is the same.
-        """
-        margins, rows = self._changed_margins(), self.body.geom_rows
-        if self._forms[0] is not model or self._forms[1] != margins:
-            key = *margins, *map(len, rows)
-            known: dict[Any, PlacedShapes] = of_model(self.model, "forms", _nothing)
-            placed = known.get(key)
-            if placed is None:
-                placed = known[key] = self._place_shapes(rows)
-            else:
-                placed = placed.at(rows)
-            self._forms = model, margins, placed
-        return self._forms[2]
-
-    def first_boxes(self, model: Any) -> tuple[Array, Array]:
-        """Return boxes (n, 5, 3) around the links in the base's frame (m), and the first pose (7,).
-
-        The boxes are those in which Bullet adds the links, at the pose, which is known.
-        """
-        key = self.kind, self.is_mjcf, tuple(self._changed_margins())
-        known: dict[Any, Array] = of_model(self.model, "first boxes", _nothing)
-        if key not in known:
-            from roboyard.pybullet.bullet_rules.placed_shapes.first_boxes import first_boxes
-
-            options = {"at_inertial": self.kind != MULTIBODY, "is_mjcf": self.is_mjcf}
-            covers, links = self.forms(model).covers, self.model.links
-            is_at_link = len(links) == 1 and self.base_is_plain
-            known[key] = covers if is_at_link else first_boxes(covers, links, **options)
-        return known[key], np.array(self.first_pose)
-
-    def plain_shape(self) -> PlainShape | None:
-        """Return the only shape of a body of one link, where its numbers follow from half sizes."""
-        shared = self.model.shared
-        if "plain" not in shared:
-            from roboyard.pybullet.bullet_rules.placed_shapes.plain_shapes import plain_shape
-
-            is_one = len(self.links) == 1
-            shared["plain"] = plain_shape(self.model.links, self.bounds(-1)[0]) if is_one else None
-        found: PlainShape | None = shared["plain"]
-        return found
-
-    def _place_shapes(self, rows: Sequence[Sequence[int]]) -> PlacedShapes:
-        from roboyard.pybullet.bullet_rules.placed_shapes.boxes import cover_of
-        from roboyard.pybullet.bullet_rules.placed_shapes.placing import place_plain, place_shapes
-
-        bounds, plain = [self.bounds(link - 1) for link in range(len(self.links))], self.plain_shape()
-        if plain is not None and len(rows[0]) == 1:
-            return place_plain(plain, bounds[0][1], rows[0][0])
-        widths = [MARGIN if box.kind == "compound" else margin for box, margin in bounds]
-        compound = [
-            max(kind - CONVEX, int(box.kind == "compound" and not is_field(link.collisions)))
-            for link, own, (box, _) in zip(self.model.links, self.kinds(rows), bounds, strict=True)
-            for kind in own
-        ]
-        covers = [
-            cover_of(box, margin, link.frame)
-            for (box, margin), link in zip(bounds, self.model.links, strict=True)
-        ]
-        return place_shapes(
-            self.shape_boxes, rows, np.array(compound, np.uint8), widths, covers, self.model.links
-        )
-
-    def contact_kind(self, link: int) -> int:
-        """Return the kind of a link, that of its shapes which comes first; see `kinds_of`."""
-        kinds = of_model(self.model, "kinds", _kinds_of)[link + 1]
-        return max(kinds, default=COMPOUND)
-
-    def kinds(self, rows: Sequence[Sequence[int]]) -> list[list[int]]:
-        """Return the kinds of the geoms of each link; see `kinds_of`."""
-        found = []
-        for link, own in zip(of_model(self.model, "kinds", _kinds_of), rows, strict=True):
-            found.append(link if len(link) == len(own) else [max(link, default=COMPOUND)] * len(own))
-        return found
-
-    def reaches(self) -> list[float]:
-        """Return the largest gap of contact points of each link (m)."""
-        known, key = of_model(self.model, "reaches", _nothing), tuple(self._changed_margins())
-        if key not in known:
-            from roboyard.pybullet.bullet_rules.contact_reaches import reaches_of
-
-            known[key] = reaches_of(self.bounds(link - 1) for link in range(len(self.links)))
-        found: list[float] = known[key]
-        return found
-
-    def _changed_margins(self) -> list[float | None]:
-        return [state.collision_margin for state in self.links]
 
     def movable(self) -> list[int]:
         """Return the joints of one degree of freedom or more, in order."""
@@ -518,59 +393,12 @@ def side_of(places: Iterable[tuple[int, int, int]]) -> Side:
     return Side(found, np.array([place[2] for place in found], np.int64))
 
 
-def of_model(model: BodyModel, name: str, compute: Callable[[BodyModel], Any]) -> Any:
-    """Return what a function computes of a model, once for all bodies that have it in common."""
-    found = model.shared.get(name)
-    if found is None:
-        found = model.shared[name] = compute(model)
-    return found
-
-
-def _nothing(_: BodyModel) -> dict[Any, Any]:
-    return {}
-
-
 def _link_fields(model: BodyModel) -> list[dict[str, Any]]:
     """Return the fields of each link's `LinkState`."""
     return [
         {"mass": link.mass, "moments": link.moments, "frame": _shown(link.frame), **_contact_of(model, index)}
         for index, link in enumerate(model.links)
     ]
-
-
-def _shapes_of(model: BodyModel) -> Any:
-    """Return a key of the shapes of a body: its numbers for one of few primitives, else one of its own.
-
-    Programs create such bodies again and again, while those of files have their models in common.
-    """
-    link, rule = model.links[0], model.bounds_of
-    if (
-        len(model.links) > 1
-        or len(link.collisions) > _FEW
-        or not isinstance(rule, partial)
-        or not all(isinstance(shape.geometry, Box | Sphere | Capsule) for shape in link.collisions)
-    ):
-        return id(model.shared)
-    shapes = tuple((shape.geometry, shape.origin, shape.concave) for shape in link.collisions)
-    return link.frame, shapes, model.implicit_cylinder, rule.func, tuple(sorted(rule.keywords.items()))
-
-
-def _kinds_of(model: BodyModel) -> list[list[int]]:
-    return [kinds_of(link, from_file=model.nests_meshes) for link in model.links]
-
-
-def _shape_boxes(model: BodyModel) -> ShapeBoxes:
-    from roboyard.pybullet.bullet_rules.placed_shapes.boxes import body_boxes
-
-    links = model.description.links
-    options = {"implicit_cylinder": model.implicit_cylinder, "two_spheres": model.has_two_spheres}
-    return body_boxes((link.collisions for link in links), **options)
-
-
-def has_plane(record: BodyRecord) -> bool:
-    """Return whether the base of a body is an infinite plane, which cannot move."""
-    shapes = record.model.description.links[0].collisions
-    return any(isinstance(shape.geometry, Plane) for shape in shapes)
 
 
 def _contact_of(model: BodyModel, index: int) -> dict[str, Any]:
@@ -600,10 +428,6 @@ def _renamed(info: tuple[Any, ...], names: Mapping[str, str]) -> tuple[Any, ...]
 
 def _zero_effort(kind: int) -> Any:
     return (0.0,) * max(1, VELOCITY_COUNT[kind]) if VELOCITY_COUNT[kind] > 1 else 0.0
-
-
-def _is_identity(pose: Pose) -> bool:
-    return tuple(pose.position) == (0.0, 0.0, 0.0) and tuple(pose.quaternion) == (0.0, 0.0, 0.0, 1.0)
 
 
 def _shown(frame: Pose) -> Pose:

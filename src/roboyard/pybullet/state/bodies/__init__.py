@@ -1,0 +1,1 @@
+"""The bodies of one client: what is known of each beside the World's own state."""
