@@ -59,9 +59,10 @@ def whole(value):
     made = PyLong_AsLongLong(value)
     if made == -1 and PyErr_Occurred() != 0:
         PyErr_Clear()
+        return -4611686018427387904
     return made
 """
-"""Any integer of 64 bits, -1 for anything else."""
+"""Any integer of 64 bits; for anything else one that is no index, not even that of a base."""
 TRIPLE = """
 def triple(x, y, z):
     made = PyTuple_New(3)

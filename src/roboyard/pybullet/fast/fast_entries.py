@@ -7,7 +7,7 @@ is irregular (a keyword, another length, text, a number that is not finite) goes
 
 from __future__ import annotations
 
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, WHOLE_ITEM, parts
+from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, WHOLE, WHOLE_ITEM, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.state.frames import SINGLE_READS
@@ -23,7 +23,7 @@ def prepared(state, client, body):
 """
 """The start of all these entries."""
 
-_PUSH = f"""{PARTS}
+_PUSH = f"""{PARTS}{parts(WHOLE)}
 COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, OLD, KEPT, PENDING, PUSHED, HAS_POINT = range(3, 14)
 SCENE, WORLD, WRENCHES, XPOS, XQUAT, XIPOS, QPOS, FRAMES, APPLIED, ROWS, FREE, CENTRES = range(3, 15)
 
@@ -41,7 +41,7 @@ def push(state, body, given, count, has_point):
         px, py, pz = item(given[4], 0), item(given[4], 1), item(given[4], 2)
     else:
         tx, ty, tz = x, y, z
-    link, frame = PyLong_AsLongLong(given[2]), PyLong_AsLongLong(flags)
+    link, frame = whole(given[2]), whole(flags)
     rows, world = integers(word(body, ROWS)), word(body, WORLD)
     if link < -1 or link >= len(rows) - 1 or frame < 1 or frame > 2:
         return False
@@ -82,7 +82,7 @@ def entry(state, given, count, keywords):
 PUSH = Front(push_link_of, EntrySignature(_PUSH))
 """applyExternalForce and applyExternalTorque."""
 
-_BOX = f"""{PARTS}
+_BOX = f"""{PARTS}{parts(WHOLE)}
 COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, SINGLE_READS, OLD, KEPT = range(3, 12)
 WORLD, XPOS, XQUAT, FRAMES, BOXES, ROWS, OUT, SCENE, LOOP, CHAIN, NUMBERS, LAST = range(3, 15)
 
@@ -131,7 +131,7 @@ def entry(state, given, count, keywords):
     if keywords == 0 and (count == 2 or count == 3):
         body, one = prepared(state, given[0], given[1]), word(state, ONE)
         if body != 0 and (count == 2 or word(given[2], KIND) == word(one, KIND)):
-            link = PyLong_AsLongLong(given[2]) if count == 3 else -1
+            link = whole(given[2]) if count == 3 else -1
             if -1 <= link < PyLong_AsLongLong(word(body, LAST)) and is_found(state, body, link):
                 out = numbers(word(body, OUT))
                 made = PyTuple_New(2)

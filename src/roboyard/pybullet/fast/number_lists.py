@@ -78,7 +78,7 @@ def has_integers(state, values, most, into):
         if 0 <= offset < limit and offset & {_STRIDE - 1} == 0:
             found = offset >> {_STRIDE.bit_length() - 1}
         elif word(value, KIND) == kind:
-            found = whole(value)  # -1 for very large ones
+            found = whole(value)  # negative for very large ones
         else:
             return False
         if not 0 <= found <= most:
