@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from roboyard import _bytecode as _bytecode  # before other modules are imported
+from roboyard import _bootstrap as _bootstrap  # before other modules are imported
+from roboyard import _bytecode as _bytecode
 from roboyard._lazy import lazy_names
 from roboyard._version import __version__
 from roboyard.errors import RoboyardError

@@ -8,7 +8,7 @@ every module in every process, too. Import it before the package's other modules
 """
 
 # pathlib takes longer to import than all of this:
-# ruff: noqa: PTH103, PTH105, PTH108, PTH110, PTH111, PTH116, PTH118, PTH120
+# ruff: noqa: PTH103, PTH105, PTH108, PTH110, PTH116, PTH118, PTH120
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from importlib.util import MAGIC_NUMBER
 from mmap import ACCESS_READ, mmap
 from types import CodeType, ModuleType
 from typing import Any
-from zlib import crc32
+
+from roboyard._bootstrap import FinderLoader, cache_folder, is_private, private_content
 
 _HEAD = b"roboyard 1 " + MAGIC_NUMBER + bytes([sys.flags.optimize])
 """Start of the file: its format, the Python, and the level of optimization."""
@@ -33,7 +34,6 @@ _FIRST = len(_HEAD) + 2 * _NUMBER
 """Where the first module's bytecode is."""
 _CACHED_AS = "" if sys.flags.optimize or sys.pycache_prefix else f".{sys.implementation.cache_tag}.pyc"
 """How the names of Python's own files of bytecode end; an empty text where these are in other places."""
-_OTHERS_MAY_WRITE = 0o022
 MANY = 16
 """Modules and texts beyond the file for which it is written again where Python stores bytecode itself."""
 
@@ -51,8 +51,7 @@ class StoredModules:
         """
         self.root, self.prefix = root, prefix
         self._base = os.path.dirname(root) if prefix else root
-        tag = f"{sys.implementation.cache_tag}-{crc32(os.fsencode(root)):08x}"
-        self.folder = os.path.join(user_cache(), "bytecode", tag)
+        self.folder = cache_folder(root)
         self.path = os.path.join(self.folder, f"modules-{sys.flags.optimize}")
         self.modules: dict[str, tuple[bool, int, int, int, int]] = {}
         """Module in the file to: is it a package, its source's time (ns) and size, first byte and end."""
@@ -201,27 +200,6 @@ def _loaded(part: memoryview) -> CodeType | None:
     return code if isinstance(code, CodeType) else None
 
 
-def is_private(stats: os.stat_result) -> bool:
-    """Return whether a file or folder is the user's, and no one else may write to it."""
-    return not hasattr(os, "getuid") or (
-        stats.st_uid == os.getuid() and not stats.st_mode & _OTHERS_MAY_WRITE
-    )
-
-
-def private_content(path: str) -> bytes:
-    """Return the content of a file that only the user may write, as may its folder; b"" without one."""
-    try:
-        file = os.open(path, os.O_RDONLY)
-        try:
-            stats = os.fstat(file)
-            content = os.read(file, stats.st_size) if is_private(stats) else b""
-        finally:
-            os.close(file)
-        return content if is_private(os.stat(os.path.dirname(path))) else b""
-    except OSError:
-        return b""
-
-
 def private_lines(path: str) -> list[str]:
     """Return the lines of a text that only the user may write, as may its folder; none without one."""
     try:
@@ -253,16 +231,6 @@ def _for_the_user_alone(path: str, flags: int) -> int:
     return os.open(path, flags, mode=0o600)
 
 
-def user_cache() -> str:
-    """Return the folder that `platformdirs` names, whose import takes as long as thirty of our modules."""
-    if sys.platform in ("win32", "darwin"):
-        from platformdirs import user_cache_dir
-
-        return user_cache_dir("roboyard", appauthor=False)
-    named = os.environ.get("XDG_CACHE_HOME", "").strip()
-    return os.path.join(named or os.path.expanduser("~/.cache"), "roboyard")
-
-
 def insert_finder(finder: Any) -> None:
     """Let a finder be asked before Python's own of files."""
     place = sys.meta_path.index(PathFinder) if PathFinder in sys.meta_path else len(sys.meta_path)
@@ -288,6 +256,8 @@ def _stored_modules(package: ModuleSpec | None) -> StoredModules | None:
 @atexit.register
 def close() -> None:
     """Write what the process loaded without the files."""
+    if FinderLoader.content is not None:
+        write_for_the_user(FinderLoader.stored, [FinderLoader.content])
     while stores:
         stores.pop().close()
 

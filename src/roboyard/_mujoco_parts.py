@@ -20,7 +20,8 @@ from types import ModuleType
 from typing import Any
 from zlib import crc32
 
-from roboyard._bytecode import private_lines, user_cache, write_for_the_user
+from roboyard._bootstrap import user_cache
+from roboyard._bytecode import private_lines, write_for_the_user
 
 PARTS = ("_callbacks", "_constants", "_errors", "_functions", "_specs", "_structs")
 """Extension modules whose names `mujoco` has."""

@@ -13,6 +13,7 @@ SOURCE = ROOT / "src"
 PACKAGE = "roboyard"
 
 LAYERS = (
+    ("_bootstrap",),
     ("errors", "_arrays", "_bytecode", "_digests", "_lazy", "_numba", "_threads", "_version", "untrusted"),
     ("_libraries", "_mujoco_parts", "_records"),
     ("_mujoco", "_numpy"),

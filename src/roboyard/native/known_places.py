@@ -19,7 +19,7 @@ from zlib import crc32
 
 import numpy as np
 
-from roboyard import _bytecode
+from roboyard import _bootstrap, _bytecode
 from roboyard.native.called import is_constant, parts_of
 from roboyard.native.processor import processor
 from roboyard.native.signatures import Bundle, Record
@@ -47,14 +47,14 @@ class KnownPlaces:
         self._head = f"{_HEAD} {layout} {processor()}"
         tag = crc32(os.fsencode("\n".join((sys.prefix, __file__, self._head))))
         self._path = os.path.join(  # noqa: PTH118
-            _bytecode.user_cache(), "places", f"{sys.implementation.cache_tag}-{tag:08x}"
+            _bootstrap.user_cache(), "places", f"{sys.implementation.cache_tag}-{tag:08x}"
         )
         self._known: dict[str, bytes] = {}
         self._is_new = False
         self._missed: set[str] = set()
         """Loops that were asked for by their modules, in vain."""
         try:
-            head, known = marshal.loads(_bytecode.private_content(self._path))  # noqa: S302 - the user's own
+            head, known = marshal.loads(_bootstrap.private_content(self._path))  # noqa: S302 - the user's own
             if head == self._head:
                 self._known = known
         except (ValueError, EOFError, TypeError):

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from roboyard._bytecode import user_cache
+from roboyard._bootstrap import user_cache
 from roboyard._digests import blake2b
 from roboyard._lazy import paused_collection
 from roboyard.native.called import source_of

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from importlib.machinery import PathFinder
 from pathlib import Path
 
-from roboyard._bytecode import user_cache
+from roboyard._bootstrap import user_cache
 from roboyard._digests import blake2b
 
 PACKAGE = "pybullet_data"

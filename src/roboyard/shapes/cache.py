@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from roboyard._arrays import NDArray
-from roboyard._bytecode import user_cache
+from roboyard._bootstrap import user_cache
 from roboyard._digests import blake2b
 from roboyard.untrusted.arrays import ArraysError, read_arrays
 

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
-from roboyard._bytecode import private_lines, user_cache, write_for_the_user
+from roboyard._bootstrap import user_cache
+from roboyard._bytecode import private_lines, write_for_the_user
 from roboyard._mujoco import mujoco
 
 _FORMAT = "roboyard 1"

@@ -14,7 +14,8 @@ from zlib import crc32
 import numpy as np
 
 from roboyard._arrays import NDArray
-from roboyard._bytecode import private_content, user_cache, write_for_the_user
+from roboyard._bootstrap import private_content, user_cache
+from roboyard._bytecode import write_for_the_user
 from roboyard._digests import blake2b
 from roboyard.shapes.mesh import shared
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from roboyard._bytecode import user_cache
+from roboyard._bootstrap import user_cache
 from roboyard._digests import blake2b
 from roboyard.transforms import Array
 
