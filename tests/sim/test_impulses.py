@@ -10,7 +10,8 @@ from sim_robots import arm
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import kernels as step_kernels
-from roboyard.sim.stepping.impulses import inertia, lanes, layout, table
+from roboyard.sim.stepping.dynamics import inertia
+from roboyard.sim.stepping.impulses import lanes, layout, table
 from roboyard.sim.stepping.impulses.records import BLOCK, DENSE, KEEP, LINES, OTHERS, SOLVE
 from roboyard.sim.stepping.sequential import solver_arrays
 from roboyard.sim.stepping.step_rows import ALL

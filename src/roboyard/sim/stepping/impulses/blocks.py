@@ -36,6 +36,26 @@ def dot_two_blocks(x, i, y, j, k, m):
     )
 
 
+def dot_four_blocks(x, i, y, j):
+    """Return the product of four blocks of x, one after the other, and four of y; see `dot_two_blocks`."""
+    return (
+        dot_in_four(x, i, y, j)
+        + dot_in_four(x, i + 1, y, j + 1)
+        + dot_in_four(x, i + 2, y, j + 2)
+        + dot_in_four(x, i + 3, y, j + 3)
+        + dot_in_four(x, i + 4, y, j + 4)
+        + dot_in_four(x, i + 5, y, j + 5)
+        + dot_in_four(x, i + 6, y, j + 6)
+        + dot_in_four(x, i + 7, y, j + 7)
+    )
+
+
+def dot_in_four(x, i, y, j):
+    """Return the sum of products of numbers of four blocks, one in each."""
+    k, m, n = BLOCK, 2 * BLOCK, 3 * BLOCK
+    return (x[i] * y[j] + x[i + k] * y[j + k]) + (x[i + m] * y[j + m] + x[i + n] * y[j + n])
+
+
 def add_block(y, j, factor, x, i):
     """Add a multiple of a block to another."""
     a, b = y[j] + factor * x[i], y[j + 1] + factor * x[i + 1]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from roboyard.native import compiled
+from roboyard.sim.stepping.dynamics.inertia import accelerate
 from roboyard.sim.stepping.impulses.asking import ask_of_rows
-from roboyard.sim.stepping.impulses.inertia import accelerate
 from roboyard.sim.stepping.impulses.records import (
     CONTACTS_ARE_HARD,
     ERP,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from roboyard.sim.stepping.impulses.blocks import add_block, add_blocks, dot_block
+from roboyard.sim.stepping.impulses.blocks import add_block, add_blocks, dot_block, dot_four_blocks
 from roboyard.sim.stepping.impulses.coupling import couple
 from roboyard.sim.stepping.impulses.layout import (
     COUPLED,
@@ -190,12 +190,23 @@ def wish_pair_of(lanes, places, n, velocities):
 
 def speed_further(lanes, places, n, at, velocities):
     """Return the part of a row's velocity that is of further blocks, of which the row's begin at `at`."""
-    total, width, other = 0.0, BLOCK * places[n, WIDTH], BLOCK * places[n, OTHER]
-    a, b = places[n, THIRD], places[n, FOURTH]
-    for j in range(0, width, BLOCK):
-        total += dot_block(lanes, at + j, velocities, a + j)
-    for j in range(0, other, BLOCK):
-        total += dot_block(lanes, at + width + j, velocities, b + j)
+    width, other = BLOCK * places[n, WIDTH], BLOCK * places[n, OTHER]
+    speed = dot_blocks(lanes, at, velocities, places[n, THIRD], width)
+    return speed + dot_blocks(lanes, at + width, velocities, places[n, FOURTH], other)
+
+
+def dot_blocks(x, i, y, j, size):
+    """Return the product of blocks, of so many numbers."""
+    total = 0.0
+    end = i + size
+    while i + 3 * BLOCK < end:
+        total += dot_four_blocks(x, i, y, j)
+        i += 4 * BLOCK
+        j += 4 * BLOCK
+    while i < end:
+        total += dot_block(x, i, y, j)
+        i += BLOCK
+        j += BLOCK
     return total
 
 

@@ -55,6 +55,9 @@ def lay_out(  # pragma: no cover
         size, others, dof = spans[n, 1], spans[n, 3], spans[n, 0]
         if size == 0:
             a, size, others, dof = b, others, 0, spans[n, 2]
+        if n < ends[0] and others == 0 and diagonal[a] == 0:  # motors move no links beyond theirs
+            while size > BLOCK and scaled[n, size - 1] == 0.0:
+                size -= 1
         number, step, to = at, 1, at + HEAD
         if n >= ends[2]:  # of a pair
             step = 2

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from roboyard.native import compiled
+from roboyard.sim.stepping.dynamics.inertia import accelerate, follow_centres, move_centres
 from roboyard.sim.stepping.impulses.arranging import arrange
 from roboyard.sim.stepping.impulses.asking import ask_of_rows
 from roboyard.sim.stepping.impulses.contact_row_kernels import make_rows
-from roboyard.sim.stepping.impulses.inertia import accelerate, follow_centres, move_centres
 from roboyard.sim.stepping.impulses.keeping import keep
 from roboyard.sim.stepping.impulses.records import (
     ARRANGE,

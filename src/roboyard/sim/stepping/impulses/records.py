@@ -107,6 +107,8 @@ class Mechanism(NamedTuple):
     limited: np.ndarray
     """(njnt,) 1 for joints with limits."""
     limit_margin: np.ndarray
+    armature: np.ndarray
+    """(nv,) inertias of motors (kg m² or kg)."""
     dry: np.ndarray
     """(nv,) largest efforts of motors, which are MuJoCo's dry friction (N m or N)."""
     body_parent: np.ndarray
@@ -173,6 +175,8 @@ class State(NamedTuple):
     constraint: np.ndarray
     site_xpos: np.ndarray
     site_xmat: np.ndarray
+    link_inertia: np.ndarray
+    """(nbody, 10) inertias of links about their tree's point: tensor, mass by place, mass."""
 
 
 class Points(NamedTuple):
@@ -317,14 +321,18 @@ class Solver(NamedTuple):
     change: np.ndarray
     wrenches: np.ndarray
     """(nbody, 6)."""
+    links: np.ndarray
+    neighbours: np.ndarray
+    pair: np.ndarray
+    """(nbody, 36), (nv, 8) and (42,) work arrays of `note_neighbours`; empty without spherical joints."""
 
 
 SEARCH = record(Search, "i8[::1] i8[::1] i4[::1] i8[::1] i8 i8 i8 i8 i8")
 MECHANISM = record(
     Mechanism,
     "i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1]"
-    " i4[::1] f8[:,::1] u1[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] f8[:,::1]"
-    " f8[:,::1]"
+    " i4[::1] f8[:,::1] u1[::1] f8[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1]"
+    " f8[:,::1] f8[:,::1]"
     " i4[::1] i4[::1] i4[::1]"
     " i4[::1] i4[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[::1] f8[:,::1]"
     " f8[::1]",
@@ -332,7 +340,7 @@ MECHANISM = record(
 STATE = record(
     State,
     "f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1]"
-    " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1]",
+    " f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1]",
 )
 POINTS = record(
     Points,
@@ -349,7 +357,7 @@ SOLVER = record(
     Solver,
     "f8[:,::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[:,::1] i4[::1] i4[:,::1] i4[:,::1]"
     " f8[:,::1] f8[:,::1] f8[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[:,::1] f8[::1] f8[::1]"
-    " f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1]",
+    " f8[::1] f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1]",
 )
 EVERYTHING = Bundle(
     (ROWS, CONTACTS, SEARCH, MECHANISM, STATE, POINTS, SURFACE, SOLVER, FIELDS, ROWS, CONTACTS, SEARCH)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from roboyard.native import compiled
 from roboyard.sim.constraints.kinds import SLIDE
-from roboyard.sim.stepping.impulses.contact_row_kernels import FRICTION, OWN_CONTACT
-from roboyard.sim.stepping.impulses.entries import add_to
-from roboyard.sim.stepping.impulses.inertia import (
+from roboyard.sim.stepping.dynamics.inertia import (
     change_velocities,
     find_roots,
     scale,
     scale_across,
     solve_inertia,
 )
+from roboyard.sim.stepping.dynamics.neighbours import note_neighbours
+from roboyard.sim.stepping.impulses.contact_row_kernels import FRICTION, OWN_CONTACT
+from roboyard.sim.stepping.impulses.entries import add_to
 from roboyard.sim.stepping.impulses.lanes import solve_in_turn
 from roboyard.sim.stepping.impulses.records import (
     BLOCK,
@@ -28,8 +29,6 @@ from roboyard.sim.stepping.impulses.records import (
 from roboyard.sim.stepping.impulses.rows import contact_rows, set_goals
 from roboyard.sim.stepping.impulses.table import solve_by_table
 
-BALL = 1
-"""MuJoCo's type of this joint."""
 EQUALITY, CONTACT = 0, 5
 """MuJoCo's kind of the rows of constraints."""
 
@@ -57,6 +56,7 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
     )  # fmt: skip
     note_gears(kind, index, mechanism, state, solver)
     note_links_apart(kind, index, geom, mechanism, state, solver)
+    note_neighbours(order, kind, index, mechanism, state, solver, FRICTION)
     listed = ends[4]
     entries = 0
     for n in range(listed):
@@ -137,8 +137,8 @@ def note_links_apart(kind, index, geom, mechanism, state, solver):  # pragma: no
     """Write what both links of a row give each other through their tree, for which Bullet does not allow.
 
     It divides by the sum of what an impulse on each link changes in the velocity of that link alone: where
-    two links of a robot touch, are held together by a constraint, or by the motor of a spherical joint. So
-    links that cannot move apart still push each other.
+    two links of a robot touch or are held together by a constraint, and for motors of spherical joints, see
+    `note_neighbours`. So links that cannot move apart still push each other.
     """
     order, entries, tree = solver.order, solver.scaled, mechanism.geom_tree
     for n in range(solver.ends[4]):
@@ -149,14 +149,6 @@ def note_links_apart(kind, index, geom, mechanism, state, solver):  # pragma: no
             a, b = geom[index[row], 0], geom[index[row], 1]
             if tree[a] != tree[b]:
                 continue  # the entries of its first link were kept as it was written
-        elif kind[row] == FRICTION:
-            dof = index[row]
-            if mechanism.joint_type[mechanism.dof_joint[dof]] != BALL:
-                continue
-            axis = state.cdof[dof]
-            write_link(
-                n, mechanism.dof_body[dof], axis[0], axis[1], axis[2], 0.0, 0.0, 0.0, mechanism, state, solver
-            )
         elif kind[row] == EQUALITY and holds_own_links(index[row], mechanism):
             write_first_link(n, row, kind, index, mechanism, state, solver)
         else:

@@ -44,6 +44,8 @@ order = lazy_loop("roboyard.sim.stepping.impulses.order", "execute")
 solving = lazy_module("roboyard.sim.stepping.impulses.solving")
 welds = lazy_module("roboyard.sim.stepping.sequential.weld_kernels")
 
+_BALL = 1
+"""MuJoCo's type of spherical joints."""
 _ORDERS = 4
 """Orders of solution that are kept, for programs that create and remove the same in turns."""
 _MADE, _LAST, _SLOTS = "arrays of rows in turn", "last bundle of rows in turn", "orders of rows in turn"
@@ -51,6 +53,8 @@ _SETS = "numbers of sets of limits and motors"
 _PARTS = "limits and motors of bodies"
 _WORK = "work arrays of rows in turn"
 """Names in `Engine.of_arrays`."""
+_KEPT = "motors", "targets", "largest", "rules", "places", "links", "neighbours", "pair"
+"""Arrays of the solver whose sizes do not depend on the number of rows."""
 _NUMBERS = itertools.count()
 
 
@@ -328,9 +332,7 @@ class SequentialMotors:
         solver = self._solver
         if rows > len(solver.order):
             lengths = (len(a) for a in (self._state.qvel, solver.wrenches, solver.taken))
-            keeps = {
-                name: getattr(solver, name) for name in ("motors", "targets", "largest", "rules", "places")
-            }
+            keeps = {name: getattr(solver, name) for name in _KEPT}
             self._solver = arrays.of_solver(2 * rows, *lengths, entries=self._width)._replace(**keeps)
             self._keep_work_arrays()
             self._manifolds.points.notes[r.SORTED] = 0  # its groups are not known
@@ -407,7 +409,10 @@ class SequentialMotors:
             self.contact_rows.invalidate()
         if made is None or len(made.order) < len(self._solver.order):
             rows = max(len(self._solver.order), FIRST_ROWS[0])
-            made = arrays.of_solver(rows, model.nv, model.nbody, model.ntree, self._width)
+            sizes = model.nv, model.nbody, model.ntree
+            made = arrays.of_solver(
+                rows, *sizes, self._width, has_balls=bool((model.jnt_type == _BALL).any())
+            )
         else:
             made.ends[:], made.rules[:] = -1, 0.0
         self._solver = made

@@ -40,6 +40,7 @@ def of_model(model: Any) -> tuple[r.Mechanism, np.ndarray]:
         limits=model.jnt_range,
         limited=model.jnt_limited.view(np.uint8),
         limit_margin=model.jnt_margin,
+        armature=model.dof_armature,
         dry=model.dof_frictionloss,
         body_parent=model.body_parentid,
         body_root=model.body_rootid,
@@ -95,11 +96,23 @@ def of_data(data: Any) -> r.State:
         constraint=data.qfrc_constraint,
         site_xpos=data.site_xpos,
         site_xmat=data.site_xmat,
+        link_inertia=data.cinert,
     )
 
 
-def of_solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.Solver:
-    """Return the arrays for so many rows of constraints with so many entries each."""
+def of_solver(
+    rows: int, nv: int, bodies: int, trees: int, entries: int, *, has_balls: bool = False
+) -> r.Solver:
+    """Return the arrays for so many rows of constraints with so many entries each.
+
+    Args:
+        rows: of constraints.
+        nv: degrees of freedom.
+        bodies: of MuJoCo.
+        trees: kinematic trees.
+        entries: of a row.
+        has_balls: whether any joint is spherical.
+    """
     dense = min(rows, r.DENSE)
     width = dense + -dense % r.BLOCK
     return r.Solver(
@@ -130,6 +143,9 @@ def of_solver(rows: int, nv: int, bodies: int, trees: int, entries: int) -> r.So
         lines=_aligned(r.LINES * width),
         change=np.zeros(nv),
         wrenches=np.zeros((bodies, 6)),
+        links=np.zeros((bodies if has_balls else 0, 36)),
+        neighbours=np.zeros((nv if has_balls else 0, 8)),
+        pair=np.zeros(42 if has_balls else 0),
     )
 
 
