@@ -209,6 +209,13 @@ def test_bytecode_is_stored_for_later_processes_where_python_stores_none(tmp_pat
     assert [compiled(), compiled()] == [first, first], "a folder that others may write to"
 
 
+def test_the_package_is_imported_from_an_archive(tmp_path: Path) -> None:
+    package = copied_package(tmp_path / "source")
+    archive = shutil.make_archive(str(tmp_path / "packed"), "zip", package.parent)
+    done = python("-c", "import roboyard.errors; print(roboyard.__file__)", PYTHONPATH=archive)
+    assert done.stdout.decode().strip() == str(Path(archive) / "roboyard" / "__init__.py"), done.stderr
+
+
 def test_modules_come_from_one_file_where_python_stores_bytecode_beside_them(tmp_path: Path) -> None:
     package = copied_package(tmp_path)
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}

@@ -91,5 +91,5 @@ class FinderLoader(SourceFileLoader):
         return spec_from_file_location(name, _SOURCE, loader=cls(name, _SOURCE))
 
 
-if __spec__ is not None and not (__spec__.cached and os.path.exists(__spec__.cached)):
+if type(__spec__.loader) is SourceFileLoader and not os.path.exists(__spec__.cached or ""):
     sys.meta_path.insert(0, FinderLoader)
