@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -57,13 +59,29 @@ def test_no_place_to_write_keeps_nothing(folder: Path) -> None:
     assert load_hull(KEY) is None
 
 
-def test_large_hulls_and_further_files_are_not_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_large_hulls_are_not_kept() -> None:
     store_hull(KEY, np.zeros((hull_store.MOST_VERTICES + 1, 3)), np.zeros((1, 3), dtype=np.int32))
     assert load_hull(KEY) is None
-    monkeypatch.setattr(hull_store, "MOST_FILES", 1)
-    store_hull(KEY, np.eye(3), np.array([[0, 1, 2]]))
-    store_hull(KEY[::-1], np.eye(3), np.array([[0, 1, 2]]))
-    assert len(list(folder.iterdir())) == 1
+
+
+def test_the_oldest_hulls_go_where_there_are_many(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hull_store, "MOST_FILES", 8)
+    scans = list[Path]()
+
+    def scandir(path: Path) -> Iterator[os.DirEntry[str]]:
+        scans.append(path)
+        return scanned(path)
+
+    scanned = os.scandir
+    monkeypatch.setattr(os, "scandir", scandir)
+    keys = [bytes([k]) * 16 for k in range(20)]
+    for age, key in enumerate(keys):
+        store_hull(key, np.eye(3), np.array([[0, 1, 2]]))
+        os.utime(folder / f"{key.hex()}.hull", ns=(age, age))
+    there = [load_hull(key) is not None for key in keys]
+    assert 6 <= sum(there) <= 8
+    assert there == sorted(there), "the last ones"
+    assert 1 <= scans.count(folder) <= 8, "not by each hull"
 
 
 def test_a_mesh_has_the_same_hull_from_disk(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,8 +24,8 @@ _FORMAT = b"ryhull2\0"
 _CHECKSUM = 16
 MOST_VERTICES = 20_000
 """Larger hulls are not kept."""
-MOST_FILES = 4096
-"""Number of hulls that are kept."""
+MOST_FILES = 16_384
+"""Number of hulls that are kept; the oldest quarter goes where there are more."""
 
 
 def load_hull(key: bytes) -> tuple[Array, np.ndarray] | None:
@@ -67,13 +67,31 @@ def store_hull(key: bytes, vertices: Array, faces: np.ndarray) -> None:
     new = path.with_name(f"{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        if sum(1 for _ in os.scandir(path.parent)) >= MOST_FILES:
-            return
+        _make_room(path.parent)
         new.write_bytes(body + blake2b(body, digest_size=_CHECKSUM).digest())
         new.replace(path)
     except OSError:
         with suppress(OSError):
             new.unlink()
+
+
+_counts: dict[Path, int] = {}
+"""Folder to the number of its files, counted once and not by each hull: a model may have hundreds."""
+
+
+def _make_room(folder: Path) -> None:
+    """Count one more file, and delete the oldest ones where there are too many."""
+    count = _counts.get(folder)
+    if count is None:
+        count = sum(1 for _ in os.scandir(folder))
+    if count >= MOST_FILES:
+        there = sorted(os.scandir(folder), key=lambda file: file.stat().st_mtime_ns)
+        going = there[: max(len(there) // 4, len(there) + 1 - MOST_FILES)]
+        for file in going:
+            with suppress(OSError):  # another process deletes some, too
+                Path(file.path).unlink()
+        count = len(there) - len(going)
+    _counts[folder] = count + 1
 
 
 def _file(key: bytes) -> Path:
