@@ -14,7 +14,8 @@ from roboyard.description.model import Collision, Geometry, Mesh
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.untrusted.files import read_file
 
-_HEADING = lazy_pattern(rb"^[og]\s", re.MULTILINE)
+_HEADING = lazy_pattern(rb"^[ \t]*[og]\s", re.MULTILINE)
+_FACE = lazy_pattern(rb"^ *f ", re.MULTILINE)
 _CACHE_SIZE = 256
 _MAX_BYTES = 128 << 20
 _read: OrderedDict[tuple[str, int, int], tuple[TriangleMesh, ...]] = OrderedDict()
@@ -69,6 +70,9 @@ def _objects(path: Path) -> tuple[TriangleMesh, ...]:
 def _split(data: bytes) -> tuple[TriangleMesh, ...]:
     if len(_HEADING.findall(data)) < 2:
         return ()
+    found = _split_plain(data)
+    if found is not None:
+        return found
     positions: list[list[float]] = []
     faces: list[list[int]] = []
     objects = [faces]
@@ -87,6 +91,22 @@ def _split(data: bytes) -> tuple[TriangleMesh, ...]:
             objects.append(faces)
     points = np.array(positions, dtype=np.float32).astype(float)  # as Bullet reads them
     return tuple(_part(points, np.array(faces)) for faces in objects if faces)
+
+
+def _split_plain(data: bytes) -> tuple[TriangleMesh, ...] | None:
+    """Return the objects of a file that compiled loops can read; None for any other."""
+    from roboyard.shapes.readers import plain_obj
+
+    read = plain_obj.read_plain(data) if plain_obj.is_worth_it(data) else None
+    faces = [line.start() for line in _FACE.finditer(data)]
+    if read is None or len(faces) != len(read.face_material):
+        return None
+    headings = [line.start() for line in _HEADING.finditer(data)]
+    objects = np.searchsorted(headings, faces)[read.face_of_triangle]
+    ends = np.flatnonzero(np.diff(objects)) + 1
+    points = read.positions.astype(np.float32).astype(float)  # as Bullet reads them
+    parts = np.split(read.triangles[:, :, 0], ends)
+    return tuple(_part(points, part) for part in parts if len(part))
 
 
 def _part(points: np.ndarray, faces: np.ndarray) -> TriangleMesh:
