@@ -96,8 +96,8 @@ class Resolver:
         return cls(
             base=None if file is None else Path(os.path.abspath(file)).parent,  # noqa: PTH100
             real_base=None if file is None else _real_base(file),
-            packages={name: Path(folder) for name, folder in (packages or {}).items()},
-            search_paths=[Path(folder) for folder in search_paths],
+            packages={name: _path(folder) for name, folder in (packages or {}).items()},
+            search_paths=[_path(folder) for folder in search_paths],
         )
 
     def resolve(self, uri: str) -> Resolved:
@@ -300,6 +300,11 @@ class Resolver:
             search_paths=self.search_paths,
             environment=os.environ if self.environment is None else self.environment,
         )
+
+
+def _path(folder: Path | str) -> Path:
+    """Return a folder as a path; to make one of a path, of which there may be hundreds, takes long."""
+    return folder if isinstance(folder, Path) else Path(folder)
 
 
 def _outside(file: Path) -> str:

@@ -287,6 +287,11 @@ def sizes_of(
             return kind, (radius * scale, length * scale / 2, 0.0), 1
 
 
+_MOST_SCALED, _SMALL_MESH = 64, 4096
+"""Number of scaled meshes that are kept, and the most vertices of one: a shape is looked at several times."""
+_scaled: dict[tuple[int, tuple[float, ...], bool], tuple[TriangleMesh, TriangleMesh]] = {}
+
+
 def load_scaled(geometry: Mesh, scale: float) -> TriangleMesh | None:
     """Return the triangles of a mesh with its own and the body's scale applied; None without a mesh."""
     from roboyard.shapes.load import load_mesh, scaled
@@ -299,7 +304,16 @@ def load_scaled(geometry: Mesh, scale: float) -> TriangleMesh | None:
     factors = tuple(component * scale for component in geometry.scale)
     if factors == (1.0, 1.0, 1.0):
         return mesh
-    return scaled(mesh if geometry.path is None else in_single(mesh), factors)
+    key = id(mesh), factors, geometry.path is None
+    known = _scaled.get(key)
+    if known is not None and known[0] is mesh:
+        return known[1]
+    found = scaled(mesh if geometry.path is None else in_single(mesh), factors)
+    if len(mesh.vertices) <= _SMALL_MESH:
+        if len(_scaled) >= _MOST_SCALED:
+            _scaled.clear()
+        _scaled[key] = mesh, found
+    return found
 
 
 def is_single(geometry: Mesh, scale: float) -> bool:
