@@ -65,6 +65,23 @@ class TestUserData:
         assert [key.key for _, key in data.of_body(1)] == ["x", "y"]
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_user_data_of_removed_bodies_end_whatever_came_before(seed: int) -> None:
+    drawn, data, there = np.random.default_rng(seed), UserData(), dict[tuple[int, int, int, str], int]()
+    for _ in range(1500):
+        body, chance = int(drawn.integers(6)), drawn.random()
+        if chance < 0.5:
+            place = (body, -1, -1, str(drawn.integers(8)))
+            there[place] = data.put(place, "text")
+        elif chance < 0.8 and there:
+            assert data.remove(there.pop(list(there)[int(drawn.integers(len(there)))]))
+        else:
+            data.remove_bodies([body])
+            there = {place: number for place, number in there.items() if place[0] != body}
+        assert all(data.find(place) == number for place, number in there.items())
+        assert sum(len(data.of_body(k)) for k in range(6)) == len(there)
+
+
 class Recorder:
     def __init__(self) -> None:
         self.steps, self.closed = 0, False

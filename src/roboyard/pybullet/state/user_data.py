@@ -31,6 +31,8 @@ class UserData:
         self._keys: dict[int, UserDataKey | tuple[int, int, int, str]] = {}
         """By id; machine code stores plain tuples."""
         self._numbers: dict[UserDataKey | tuple[int, int, int, str], int] = {}
+        self._known: tuple[tuple[int, int, tuple[int, int, int, str]], set[int]] | None = None
+        """Number of entries, the last one, and the bodies that had any then."""
 
     def put(self, place: tuple[int, int, int, str], value: str) -> int:
         """Set an entry, whose key may be a plain tuple, and return its id.
@@ -68,6 +70,22 @@ class UserData:
 
     def remove_bodies(self, bodies: Iterable[int]) -> None:
         """Remove all entries of some bodies."""
+        if not self._keys:
+            return
         removed = set(bodies)
+        if removed.isdisjoint(self._bodies()):
+            return
         for number in [number for number, key in self._keys.items() if key[0] in removed]:
             self.remove(number)
+
+    def _bodies(self) -> set[int]:
+        """Return the bodies with entries, which are looked through again once there are others.
+
+        Machine code adds and removes entries, too. A new one is the last.
+        """
+        number, key = next(reversed(self._keys.items()))
+        state = len(self._keys), number, key
+        known = self._known
+        if known is None or known[0][:2] != state[:2] or known[0][2] is not key:
+            known = self._known = state, {key[0] for key in self._keys.values()}
+        return known[1]
