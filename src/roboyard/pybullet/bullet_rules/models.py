@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import field, replace
 from functools import cache, partial
 from math import cos, pi, sin
@@ -158,8 +158,9 @@ def bullet_model(
     joints = ordered_joints(description, keep_link_order=bool(flags & c.URDF_MAINTAIN_LINK_ORDER))
     if bounds_of is None:
         bounds_of = partial(link_bounds, implicit_cylinder=implicit, from_file=True)
+    seen: list[tuple[Pose, tuple[Collision, ...], LinkBounds]] = []
     if moments_of is None:
-        moments_of = _moments_within(bounds_of)
+        moments_of = _moments_within(bounds_of, seen)
     # a fixed base has no inertia to turn its frame to
     base_flags = flags & ~c.URDF_USE_INERTIA_FROM_FILE if fixed_base else flags
     links = [_link_model(base, base_flags, moments_of)]
@@ -180,6 +181,7 @@ def bullet_model(
         implicit_cylinder=implicit,
         bounds_of=bounds_of,
         index_by_name=index,
+        shared={"bounds": _bounds_by_link(links, seen)},
     )
 
 
@@ -279,11 +281,35 @@ def bullet_joint(joint: Joint) -> Joint:
     return replace(joint, type=kind, mimic=None)
 
 
-def _moments_within(bounds_of: BoundsOf) -> MomentsOf:
+def _moments_within(
+    bounds_of: BoundsOf, seen: list[tuple[Pose, tuple[Collision, ...], LinkBounds]]
+) -> MomentsOf:
+    """Return the rule for moments of solids within the bounds, which are added to `seen`."""
+
     def moments(mass: float, frame: Pose, collisions: tuple[Collision, ...]) -> Moments:
-        return shape_moments(mass, bounds_of(frame, collisions)) if mass else (0.0, 0.0, 0.0)
+        if not mass:
+            return 0.0, 0.0, 0.0
+        bounds = bounds_of(frame, collisions)
+        seen.append((frame, collisions, bounds))
+        return shape_moments(mass, bounds)
 
     return moments
+
+
+def _bounds_by_link(
+    links: Sequence[LinkModel], seen: Iterable[tuple[Pose, tuple[Collision, ...], LinkBounds]]
+) -> dict[int, LinkBounds]:
+    """Return the bounds of links, -1 for the base, that are known: those of meshes take long.
+
+    Links whose inertial frame Bullet shows with another sign are left out; see `matrix_signed`.
+    """
+    known = {(id(frame), id(collisions)): bounds for frame, collisions, bounds in seen}
+    found = {}
+    for k, link in enumerate(links):
+        bounds = known.get((id(link.frame), id(link.collisions)))
+        if bounds is not None and link.frame.quaternion[3] > 0.5:
+            found[k - 1] = bounds
+    return found
 
 
 def _link_model(link: Link, flags: int, moments_of: MomentsOf) -> LinkModel:
