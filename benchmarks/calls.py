@@ -23,8 +23,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from other_calls import TABLES
+import call_forms
+import other_calls
 
+TABLES = (*other_calls.TABLES, *call_forms.TABLES)
 LOOPS = 3
 SECONDS = 0.05
 """Duration of one loop (s)."""

@@ -89,12 +89,16 @@ def fill(passed, count, total, names, defaults):
             passed[place + 1] = word(defaults, ITEMS + place - missing)
     return True
 
-def entry(callee, given, count, keywords):
+def entry(callee, given, all_given, keywords):
+    count = all_given
     call = word(word(PyFunction_GetClosure(callee), ITEMS), CONTENT)
     clients, names, zero = word(call, CLIENTS), word(call, NAMES), word(call, ZERO)
     changed = word(call, CHANGED)
-    passed, number, total = words(), zero, count
-    fits = count <= word(names, SIZE)
+    passed, number = words(), zero
+    if count == word(names, SIZE) + 1:  # the last one is the client's number
+        number, count = given[count - 1], count - 1
+    total = count
+    fits = count <= word(names, SIZE) and word(number, KIND) == word(zero, KIND)
     if fits:
         for place in range(count):
             passed[place + 1] = given[place]
@@ -102,10 +106,10 @@ def entry(callee, given, count, keywords):
         for place in range(count, word(names, SIZE)):
             passed[place + 1] = 0
         for place in range(word(keywords, SIZE)):
-            name, value = word(keywords, ITEMS + place), given[count + place]
+            name, value = word(keywords, ITEMS + place), given[all_given + place]
             if name == word(call, CLIENT):
+                fits = fits and count == all_given and word(value, KIND) == word(zero, KIND)
                 number = value
-                fits = fits and word(number, KIND) == word(zero, KIND)
             else:
                 at = place_of(name, names)
                 fits = fits and at >= count
@@ -127,7 +131,7 @@ def entry(callee, given, count, keywords):
     Py_IncRef(call)  # the command may replace it
     forget(changed)
     if client == 0:
-        result = PyObject_Vectorcall(callee, given, count, keywords)
+        result = PyObject_Vectorcall(callee, given, all_given, keywords)
     else:
         passed[0] = client
         Py_IncRef(client)
