@@ -39,7 +39,7 @@ def math_forms(p: Any, *bodies: int) -> Calls:
             tuple_q, physicsClientId=0
         ),
         "getQuaternionFromEuler, client": lambda: p.getQuaternionFromEuler(tuple_v, physicsClientId=0),
-        "computeViewMatrix of arrays": lambda: p.computeViewMatrix(v, q[:3], r[:3]),
+        "computeViewMatrix of arrays": lambda: p.computeViewMatrix(v, r[:3], q[:3]),
         "computeProjectionMatrixFOV, keywords": lambda: p.computeProjectionMatrixFOV(
             fov=60, aspect=1.5, nearVal=0.1, farVal=10
         ),
@@ -384,4 +384,61 @@ def _coloured(p: Any, box: int, look: int, colour: list[int]) -> None:
     p.removeBody(made)
 
 
-TABLES = (math_forms, getter_forms, query_forms, command_forms, further)
+def numpy_numbers(p: Any, robot: int, arm: int, cube: int) -> Calls:
+    """Return name to call with numbers of bodies, links and joints that are NumPy's."""
+    a, c, r, two, six, base = (np.int64(k) for k in (arm, cube, robot, 2, 6, -1))
+    listed, zero = [0.1] * 7, [0, 0, 0]
+    held = np.int64(p.createConstraint(cube, -1, -1, -1, p.JOINT_FIXED, zero, zero, [1, 0, 1]))
+    turns = itertools.cycle((0.1, 0.2))
+    p.stepSimulation()
+    calls: Calls = {
+        "getNumJoints": lambda: p.getNumJoints(a),
+        "getBodyInfo": lambda: p.getBodyInfo(a),
+        "getBaseVelocity": lambda: p.getBaseVelocity(r),
+        "getJointStates": lambda: p.getJointStates(a, [two, six]),
+        "getJointStateMultiDof": lambda: p.getJointStateMultiDof(a, two),
+        "getLinkStates": lambda: p.getLinkStates(a, [two, six]),
+        "getDynamicsInfo": lambda: p.getDynamicsInfo(a, two),
+        "getVisualShapeData": lambda: p.getVisualShapeData(a),
+        "getCollisionShapeData": lambda: p.getCollisionShapeData(a, two),
+        "getContactPoints": lambda: p.getContactPoints(r),
+        "getClosestPoints": lambda: p.getClosestPoints(a, c, 2.0),
+        "getConstraintInfo": lambda: p.getConstraintInfo(held),
+        "getConstraintState": lambda: p.getConstraintState(held),
+        "changeConstraint": lambda: p.changeConstraint(held, [1, 0, 1 + next(turns)]),
+        "calculateJacobian": lambda: p.calculateJacobian(a, six, zero, listed, listed, listed),
+        "calculateMassMatrix": lambda: p.calculateMassMatrix(a, listed),
+        "calculateInverseKinematics": lambda: p.calculateInverseKinematics(a, six, [1.6, 0.2, 0.6]),
+        "calculateInverseDynamics": lambda: p.calculateInverseDynamics(a, listed, listed, listed),
+        "applyExternalForce": lambda: p.applyExternalForce(r, base, [1, 0, 0], zero, p.LINK_FRAME),
+        "applyExternalTorque": lambda: p.applyExternalTorque(r, base, [1, 0, 0], p.LINK_FRAME),
+        "resetBasePositionAndOrientation": lambda: p.resetBasePositionAndOrientation(
+            r, [0, 0, 1], [0, 0, 0, 1]
+        ),
+        "resetBaseVelocity": lambda: p.resetBaseVelocity(r, zero, zero),
+        "resetJointState": lambda: p.resetJointState(a, two, 0.1),
+        "setJointMotorControl2": lambda: p.setJointMotorControl2(a, two, p.POSITION_CONTROL, 0.1),
+        "setJointMotorControl2, torque": lambda: p.setJointMotorControl2(a, two, p.TORQUE_CONTROL, force=1),
+        "setJointMotorControlArray": lambda: p.setJointMotorControlArray(
+            a, [two, six], p.POSITION_CONTROL, [0.1] * 2
+        ),
+        "enableJointForceTorqueSensor": lambda: p.enableJointForceTorqueSensor(a, two, 1),
+        "changeDynamics": lambda: p.changeDynamics(c, base, lateralFriction=next(turns)),
+        "changeVisualShape": lambda: p.changeVisualShape(c, base, rgbaColor=[next(turns), 0, 0, 1]),
+        "setCollisionFilterPair": lambda: p.setCollisionFilterPair(r, a, two, two, 1),
+        "setCollisionFilterGroupMask": lambda: p.setCollisionFilterGroupMask(c, base, 1, 1),
+        "rayTestBatch": lambda: p.rayTestBatch([[0, 0, 0.1]], [[0, 0, 1]], parentObjectUniqueId=a),
+        "getMeshData": lambda: p.getMeshData(c, base),
+        "addUserDebugLine": lambda: p.removeUserDebugItem(
+            p.addUserDebugLine(zero, [0, 0, 1], parentObjectUniqueId=c)
+        ),
+        "addUserData": lambda: p.addUserData(c, "key", "value"),
+        "getUserDataId": lambda: p.getUserDataId(c, "key"),
+        "createConstraint": lambda: p.removeConstraint(
+            p.createConstraint(c, base, -1, -1, p.JOINT_POINT2POINT, zero, zero, zero)
+        ),
+    }
+    return {f"{name}, numbers of NumPy": call for name, call in calls.items()}
+
+
+TABLES = (math_forms, getter_forms, query_forms, command_forms, further, numpy_numbers)

@@ -196,6 +196,12 @@ class LinkSurfaces(Protocol):
         """Let friction pull the contacts of a link back to where they began."""
         ...
 
+    def anchor_places(
+        self, link: Any
+    ) -> tuple[set[tuple[int, int]], tuple[int, int], Array, list[int]] | None:
+        """Return where it is noted whether a link is anchored."""
+        ...
+
     def restitution_places(self, link: Any) -> list[Array] | None:
         """Return views (1,) of all places with a link's restitution; None where some do not exist yet."""
         ...

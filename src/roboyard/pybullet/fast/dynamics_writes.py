@@ -30,7 +30,10 @@ _FRICTION_SIZES = {"lateralFriction": 1, "spinningFriction": 4, "rollingFriction
 
 def forget_body(record: BodyRecord) -> None:
     """Let the Python functions change the dynamics of a body until they prepare it again."""
-    record.body.world.prepared.get(KIND, {}).pop(record.number, None)
+    known: Any = record.body.world.prepared.get(KIND, {})
+    known.pop(record.number, None)
+    for link in range(len(record.links)):
+        known.pop(("anchor", record.number, link - 1), None)
 
 
 def prepare_equal(
@@ -202,6 +205,14 @@ def prepare_restitution(record: BodyRecord, link: int) -> None:
             "restitution",
             Write(state, "restitution", factors, tuple(targets), places, most=1.0),
         )
+
+
+def prepare_anchor(record: BodyRecord, link: int) -> None:
+    """Note where it is written whether friction anchors a link: its state, and what the World has."""
+    known: Any = record.body.world.prepared.get(KIND)
+    places = record.body.world.surfaces.anchor_places(record.body.links[link + 1])
+    if known is not None and places is not None:
+        known["anchor", record.number, link] = record.links[link + 1], *places
 
 
 def prepare_compliance(record: BodyRecord, link: int) -> None:

@@ -200,12 +200,48 @@ def record_of(state, given):
     return found(records, given[1]) if records != 0 else 0
 
 @part
-def four(x, y, z, w):
+def float_of(state, x):
+    if x == 0.0 and 1.0 / x > 0.0:  # the most frequent number
+        Py_IncRef(word(state, NUMBER))
+        return word(state, NUMBER)
+    return PyFloat_FromDouble(x)
+
+@part
+def taken(state, values, place, x):
+    kind, value = word(values, KIND), 0
+    if kind == word(word(state, LISTED), KIND):
+        value = word(word(values, ITEMS), place)
+    elif kind == word(word(state, CHANGES), KIND):
+        value = word(values, ITEMS + place)
+    if value == 0 or word(value, KIND) != word(word(state, NUMBER), KIND):
+        return float_of(state, x)
+    Py_IncRef(value)
+    return value
+
+@part
+def three_of(state, values, x, y, z):
+    made = PyTuple_New(3)
+    PyTuple_SetItem(made, 0, taken(state, values, 0, x))
+    PyTuple_SetItem(made, 1, taken(state, values, 1, y))
+    PyTuple_SetItem(made, 2, taken(state, values, 2, z))
+    return made
+
+@part
+def four_of(state, values, x, y, z, w):
     made = PyTuple_New(4)
-    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
-    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
-    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
-    PyTuple_SetItem(made, 3, PyFloat_FromDouble(w))
+    PyTuple_SetItem(made, 0, taken(state, values, 0, x))
+    PyTuple_SetItem(made, 1, taken(state, values, 1, y))
+    PyTuple_SetItem(made, 2, taken(state, values, 2, z))
+    PyTuple_SetItem(made, 3, taken(state, values, 3, w))
+    return made
+
+@part
+def four(state, x, y, z, w):
+    made = PyTuple_New(4)
+    PyTuple_SetItem(made, 0, float_of(state, x))
+    PyTuple_SetItem(made, 1, float_of(state, y))
+    PyTuple_SetItem(made, 2, float_of(state, z))
+    PyTuple_SetItem(made, 3, float_of(state, w))
     return made
 
 @part
@@ -235,8 +271,8 @@ def requested_value(state, value, length):
         return PyFloat_FromDouble(single(state, value))
     x, y, z = number_in(state, value, 0), number_in(state, value, 1), number_in(state, value, 2)
     if length == 3:
-        return triple(x, y, z)
-    return four(x, y, z, number_in(state, value, 3))
+        return three_of(state, value, x, y, z)
+    return four_of(state, value, x, y, z, number_in(state, value, 3))
 
 @part
 def request_change(state, given, count, first, request):
@@ -326,7 +362,7 @@ def is_written(state, write, value, length):
         target, places = numbers(word(targets, ITEMS + t)), integers(word(word(write, PLACES), ITEMS + t))
         for k in range(len(places)):
             target[k] = output(factors, places[k], x, y, z)
-    made = triple(x, y, z) if length > 2 else PyFloat_FromDouble(x)
+    made = three_of(state, value, x, y, z) if length > 2 else PyFloat_FromDouble(x)
     PyObject_SetAttr(word(write, OWNER), word(write, NAME), made)
     also = word(write, ALSO)
     for k in range(0, word(also, SIZE), 2):
@@ -359,14 +395,16 @@ def is_turned(state, write, value):
     size = np.sqrt(x * x + y * y + z * z + w * w)
     if not size > 0.0 or size - size != 0.0:
         return False
-    made = four(x, y, z, w)
+    made, is_unit = four_of(state, value, x, y, z, w), size == 1.0
     PyObject_SetAttr(word(write, OWNER), word(write, NAME), made)
-    Py_DecRef(made)
     if size != 1.0:
         x, y, z, w = x / size, y / size, z / size, w / size
-    size = np.sqrt(x * x + y * y + z * z + w * w)
-    x, y, z, w = x / size, y / size, z / size, w / size
-    made = four(x, y, z, w)
+        size = np.sqrt(x * x + y * y + z * z + w * w)
+        if size != 1.0:
+            x, y, z, w = x / size, y / size, z / size, w / size
+    if not is_unit:
+        Py_DecRef(made)
+        made = four(state, x, y, z, w)
     PyObject_SetAttr(word(write, OTHER), word(write, OTHER_NAME), made)
     Py_DecRef(made)
     targets = word(write, TARGETS)

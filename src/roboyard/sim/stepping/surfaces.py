@@ -212,6 +212,17 @@ class Surfaces:
             for row in link.geom_ids:
                 self.anchors[row] = is_anchored
 
+    def anchor_places(
+        self, link: Link
+    ) -> tuple[set[tuple[int, int]], tuple[int, int], Array, list[int]] | None:
+        """Return where it is noted whether a link is anchored: in a set as a key, and in rows of an array.
+
+        None while MuJoCo's arrays are old. They are valid until the arrays are others.
+        """
+        if self._world.is_stale or self._restitution_rows is None:
+            return None
+        return self._anchored, (link.body.id, link.index), self.anchors, [g.id for g in link._built.geoms]
+
     def damping_of_all(self, model: Any, data: Any) -> np.ndarray:
         """Return (nbody, 4) linear k and q, angular k and q of all links; see `damping`."""
         if self._damping_rows is None or self._restitution_rows is None:
