@@ -155,9 +155,6 @@ def query_forms(p: Any, robot: int, arm: int, cube: int) -> Calls:
         "calculateInverseDynamics, keywords": lambda: p.calculateInverseDynamics(
             bodyUniqueId=arm, objPositions=listed, objVelocities=listed, objAccelerations=listed
         ),
-        "calculateInverseDynamics, flags": lambda: p.calculateInverseDynamics(
-            arm, listed, listed, listed, flags=1
-        ),
         "calculateJacobian, keywords": lambda: p.calculateJacobian(
             bodyUniqueId=arm, linkIndex=6, localPosition=[0, 0, 0], objPositions=listed, objVelocities=listed,
             objAccelerations=listed,
@@ -165,7 +162,6 @@ def query_forms(p: Any, robot: int, arm: int, cube: int) -> Calls:
         "calculateMassMatrix, keywords": lambda: p.calculateMassMatrix(
             bodyUniqueId=arm, objPositions=listed
         ),
-        "calculateMassMatrix, flags": lambda: p.calculateMassMatrix(arm, listed, flags=1),
         "renderImage": lambda: p.renderImage(16, 16),
         "getCameraImage, 16 x 16": lambda: p.getCameraImage(16, 16, renderer=p.ER_TINY_RENDERER),
         "getCameraImage, 100 x 100, shadow": lambda: p.getCameraImage(
@@ -284,7 +280,6 @@ def command_forms(p: Any, robot: int, arm: int, cube: int) -> Calls:
             bodyUniqueId=cube, linkIndexA=-1, collisionFilterGroup=1, collisionFilterMask=1
         ),
         "removeAllUserParameters": p.removeAllUserParameters,
-        "unsupportedChangeScaling": lambda: _refused(p, lambda: p.unsupportedChangeScaling(cube, 1)),
         "addUserDebugLine, all": lambda: p.removeUserDebugItem(
             p.addUserDebugLine([0, 0, 0], [0, 0, 1], [1, 0, 0], 2, 0, parentObjectUniqueId=cube,
                                parentLinkIndex=-1)

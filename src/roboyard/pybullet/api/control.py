@@ -286,11 +286,15 @@ def _prepare(client: Client, record: BodyRecord) -> None:
 
 
 def _switch(scene: PhysicsScene, record: BodyRecord, joint: int, is_off: bool | None) -> None:
-    if is_off is not None:
-        scene.switch_motor(record, joint, off=True)
-    else:
+    """Note that the motor of a joint of one degree of freedom is switched off, or on; see `switch_motor`."""
+    if is_off is None:
         record.motored[joint] = True
         record.motors_off.discard(joint)
+        return
+    if record.motored[joint] and scene.motor_revision == scene.world.revision == record.revision:
+        record.applied[joint] = scene.motor_forces().item(record.velocity_addresses[joint])
+    record.motored[joint] = False
+    record.motors_off.add(joint)
 
 
 def _prepare_torques(scene: PhysicsScene, record: BodyRecord) -> None:
