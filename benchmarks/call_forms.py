@@ -328,7 +328,9 @@ def further(p: Any, robot: int, arm: int, cube: int) -> Calls:
                 baseOrientation=unit, baseInertialFramePosition=zero,
             )
         ),
-        "createMultiBody of mass 0, removed": lambda: p.removeBody(p.createMultiBody(0, box, look, [0, 3, 1])),
+        "createMultiBody of mass 0, removed": lambda: p.removeBody(
+            p.createMultiBody(0, box, look, [0, 3, 1])
+        ),
         "createMultiBody, coloured, removed": lambda: _coloured(p, box, look, next(cubes)),
         "createMultiBody of 10 positions, removed": lambda: [
             p.removeBody(body)

@@ -168,7 +168,7 @@ class LinkGroups:
         return GroupChange(added=added - removed, removed=removed - added, links=links)
 
     def _update_pair(self, one: LinkKey, other: LinkKey, changed: list[LinkKey]) -> GroupChange:
-        """Exclude one pair or not, after it was enabled or disabled; `changed`: which of both have a group."""
+        """Exclude one pair or not, after it was enabled or disabled; `changed`: those that have a group."""
         known = other in self._partners.get(one, ())
         if not changed or known == self._is_excluded(one, other):
             return GroupChange()

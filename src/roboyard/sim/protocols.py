@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from roboyard.sim.pool.lone_bodies import LoneBody
 
 
+AnchorPlaces = tuple[set[tuple[int, int]], tuple[int, int], Array, list[int]]
+"""Keys of anchored links, that of one link, and an array with its rows in it."""
+
+
 class EngineBody(Protocol):
     """The members of a `Body` that the engine and the body pool use."""
 
@@ -190,6 +194,11 @@ class LinkSurfaces(Protocol):
 
     def set_compliance(self, link: Any, stiffness: float, damping: float) -> None:
         """Make the surface of a link a spring (N/m) and damper (N s/m)."""
+        ...
+
+    @property
+    def anchors(self) -> Array:
+        """(ngeom,) 1 for the geoms of links with anchors."""
         ...
 
     def set_anchor(self, link: Any, *, is_anchored: bool) -> None:

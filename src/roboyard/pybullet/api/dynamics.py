@@ -437,12 +437,15 @@ def _change_compliance(client: Client, body: int, link: int, values: tuple[float
 def _change_anchor(client: Client, body: int, link: int, value: float) -> None:
     prepared = client.prepared[KIND].get(("anchor", body, link))
     if prepared is not None:
-        state, anchored, key, anchors, rows = prepared
-        is_anchored = state.is_anchored = value > 0.0
-        (anchored.add if is_anchored else anchored.discard)(key)
-        for row in rows:
-            anchors[row] = is_anchored
-        return
+        state, surfaces, note, anchored, key, anchors, rows = prepared
+        if surfaces.anchors is anchors:
+            if note is not None:
+                note()
+            is_anchored = state.is_anchored = value > 0.0
+            (anchored.add if is_anchored else anchored.discard)(key)
+            for row in rows:
+                anchors[row] = is_anchored
+            return
     record = _hard_body(client, body, link)
     if record is not None:
         _set_anchor(record, link, record.links[link + 1], value > 0.0)

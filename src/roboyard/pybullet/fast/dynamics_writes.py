@@ -30,10 +30,7 @@ _FRICTION_SIZES = {"lateralFriction": 1, "spinningFriction": 4, "rollingFriction
 
 def forget_body(record: BodyRecord) -> None:
     """Let the Python functions change the dynamics of a body until they prepare it again."""
-    known: Any = record.body.world.prepared.get(KIND, {})
-    known.pop(record.number, None)
-    for link in range(len(record.links)):
-        known.pop(("anchor", record.number, link - 1), None)
+    record.body.world.prepared.get(KIND, {}).pop(record.number, None)
 
 
 def prepare_equal(
@@ -208,11 +205,16 @@ def prepare_restitution(record: BodyRecord, link: int) -> None:
 
 
 def prepare_anchor(record: BodyRecord, link: int) -> None:
-    """Note where it is written whether friction anchors a link: its state, and what the World has."""
+    """Note where it is written whether friction anchors a link: its state, and what the World has.
+
+    Between them is a function that lets the World compile, None where it has compiled.
+    """
     known: Any = record.body.world.prepared.get(KIND)
-    places = record.body.world.surfaces.anchor_places(record.body.links[link + 1])
-    if known is not None and places is not None:
-        known["anchor", record.number, link] = record.links[link + 1], *places
+    if known is not None:
+        world = record.body.world
+        places = world.surfaces.anchor_places(record.body.links[link + 1])
+        note = world.takes_numbers if world.is_stale else None
+        known["anchor", record.number, link] = record.links[link + 1], world.surfaces, note, *places
 
 
 def prepare_compliance(record: BodyRecord, link: int) -> None:

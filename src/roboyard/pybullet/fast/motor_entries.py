@@ -2,7 +2,8 @@
 
 One motor takes numbers or lists of one number, several take lists of numbers or of lists of one. A largest
 impulse that is another than before is written to the World and to MuJoCo's arrays at once; a function of
-Python notes what is switched on or off. A motor of which the impulse is not known goes to the Python functions.
+Python notes what is switched on or off. A motor of which the impulse is not known goes to the Python
+functions.
 """
 
 from __future__ import annotations

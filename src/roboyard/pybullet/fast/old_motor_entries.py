@@ -1,4 +1,4 @@
-"""setJointMotorControl as machine code: the arguments of its old forms in the places of setJointMotorControl2."""
+"""setJointMotorControl as machine code: its arguments go to the places of those of setJointMotorControl2."""
 
 from __future__ import annotations
 

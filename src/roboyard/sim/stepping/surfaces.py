@@ -15,6 +15,7 @@ from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link
+from roboyard.sim.protocols import AnchorPlaces
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.impulses.records import Surface
 from roboyard.sim.stepping.shape_forms import ShapeForms, no_forms
@@ -212,16 +213,14 @@ class Surfaces:
             for row in link.geom_ids:
                 self.anchors[row] = is_anchored
 
-    def anchor_places(
-        self, link: Link
-    ) -> tuple[set[tuple[int, int]], tuple[int, int], Array, list[int]] | None:
-        """Return where it is noted whether a link is anchored: in a set as a key, and in rows of an array.
+    def anchor_places(self, link: Link) -> AnchorPlaces:
+        """Return where it is noted whether a link is anchored: in a set as a key, and in rows of `anchors`.
 
-        None while MuJoCo's arrays are old. They are valid until the arrays are others.
+        They are valid until MuJoCo's arrays, or `anchors`, are others.
         """
-        if self._world.is_stale or self._restitution_rows is None:
-            return None
-        return self._anchored, (link.body.id, link.index), self.anchors, [g.id for g in link._built.geoms]
+        is_old = self._world.is_stale or self._restitution_rows is None
+        rows = [] if is_old else [geom.id for geom in link._built.geoms]
+        return self._anchored, (link.body.id, link.index), self.anchors, rows
 
     def damping_of_all(self, model: Any, data: Any) -> np.ndarray:
         """Return (nbody, 4) linear k and q, angular k and q of all links; see `damping`."""
