@@ -403,7 +403,7 @@ class Simulation(Engine[Body]):
 
     def _advance(self, n: int) -> None:
         if self._inertia_changed:
-            self._sum_inertia()
+            self.sum_inertia()
         if self.windows.shows_slots:
             if n > 1:
                 for _ in range(n):

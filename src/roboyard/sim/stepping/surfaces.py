@@ -260,10 +260,13 @@ class Surfaces:
         values = (linear, linear_quadratic, angular, angular_quadratic)
         if not all(0.0 <= value < inf for value in values):
             raise RoboyardError(f"link {link.name!r}: damping must be at least 0, got {values}")
+        is_known = (link.body.id, link.index) in self._damping
         if not _store(self._damping, link, values):
             return
         if self._damping_rows is not None and self._world.takes_numbers():
             self._damping_rows[link.body.mujoco_ids[link.index]] = values
+            if is_known:
+                return  # as a step knows the rows
         if not self._world.is_stale:  # a compile does so
             self._world.refresh_stepping()
 
