@@ -55,13 +55,13 @@ def sum_free_bodies(
     known_mass, known_inertia, mass, inertia, parents, joints, dofs, counts, kinds,
     positions, turns, armature, gravcomp, subtrees, of_dofs, dof_weights, weights, floating,
 ):  # pragma: no cover  # fmt: skip
-    """Sum up changed masses of free bodies of one link, about their frames; return 1, or 0 where others changed.
+    """Sum up changed masses of free bodies of one link about their frames; return 0 where others changed.
 
     known_mass, known_inertia: (n,) and (n, 3) of the sums, written. mass, inertia: the present ones (kg,
     kg m²). parents, joints, dofs, counts: (n,) of bodies. kinds: (j,) of joints. positions, turns: (n, 3) and
     (n, 4) of centres of mass. armature: (nv,). gravcomp: (n,). subtrees: (n,) masses, written, as are
     of_dofs: (nv,) inertia, dof_weights: (nv,) and weights: (n, 2) inverse inertia. floating: number of bodies
-    with a share of gravity less than 1 for all MuJoCo knows; more than there are is no harm.
+    with a share of gravity less than 1 for all MuJoCo knows; more than there are is no harm. Returns 1 else.
     """
     bodies = len(mass)
     for k in range(1, bodies):
