@@ -53,6 +53,7 @@ def getter_forms(p: Any, robot: int, arm: int, cube: int) -> Calls:
     """Return name to call of getters with keywords, numbers of NumPy, and the client's number."""
     body, joint, joints = np.int64(arm), np.int64(2), list(range(7))
     slider = p.addUserDebugParameter("slider", 0, 1, 0.5)
+    p.stepSimulation()
 
     def read() -> None:
         with suppress(p.error):
@@ -218,9 +219,6 @@ def command_forms(p: Any, robot: int, arm: int, cube: int) -> Calls:
         "setJointMotorControl2, force alternated": lambda: p.setJointMotorControl2(
             arm, 2, p.POSITION_CONTROL, 0.1, force=1000 * next(turns)
         ),
-        "setJointMotorControl2, spring": lambda: p.setJointMotorControl2(
-            arm, 2, p.PD_CONTROL, 0.1, positionGain=0.1, velocityGain=0.1, force=100
-        ),
         "setJointMotorControl2 of a fixed joint": lambda: p.setJointMotorControl2(
             robot, 0, p.POSITION_CONTROL, 0.1, force=100
         ),
@@ -332,12 +330,6 @@ def further(p: Any, robot: int, arm: int, cube: int) -> Calls:
             p.createMultiBody(0, box, look, [0, 3, 1])
         ),
         "createMultiBody, coloured, removed": lambda: _coloured(p, box, look, next(cubes)),
-        "createMultiBody of 10 positions, removed": lambda: [
-            p.removeBody(body)
-            for body in p.createMultiBody(
-                1, box, look, batchPositions=[[k, 3.0, 1.0] for k in range(10)]
-            )
-        ],
         "createCollisionShape of a cylinder, removed": lambda: p.removeCollisionShape(
             p.createCollisionShape(p.GEOM_CYLINDER, radius=0.1, height=0.2)
         ),
