@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from roboyard.sim.pool.lone_bodies import LoneBody
 
 
-AnchorPlaces = tuple[set[tuple[int, int]], tuple[int, int], Array, list[int]]
-"""Keys of anchored links, that of one link, and an array with its rows in it."""
+AnchorPlaces = tuple[set[tuple[int, int]], tuple[int, int], np.ndarray, list[int]]
+"""Keys of anchored links, that of one link, and the (ngeom,) anchors with its rows."""
 
 
 class EngineBody(Protocol):
@@ -197,7 +197,7 @@ class LinkSurfaces(Protocol):
         ...
 
     @property
-    def anchors(self) -> Array:
+    def anchors(self) -> np.ndarray:
         """(ngeom,) 1 for the geoms of links with anchors."""
         ...
 
@@ -205,10 +205,8 @@ class LinkSurfaces(Protocol):
         """Let friction pull the contacts of a link back to where they began."""
         ...
 
-    def anchor_places(
-        self, link: Any
-    ) -> tuple[set[tuple[int, int]], tuple[int, int], Array, list[int]] | None:
-        """Return where it is noted whether a link is anchored."""
+    def anchor_places(self, link: Any) -> AnchorPlaces:
+        """Return where it is noted whether a link is anchored: keys, its key, (ngeom,) anchors, rows."""
         ...
 
     def restitution_places(self, link: Any) -> list[Array] | None:

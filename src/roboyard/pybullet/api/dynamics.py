@@ -435,7 +435,8 @@ def _change_compliance(client: Client, body: int, link: int, values: tuple[float
 
 
 def _change_anchor(client: Client, body: int, link: int, value: float) -> None:
-    prepared = client.prepared[KIND].get(("anchor", body, link))
+    known: Any = client.prepared[KIND]
+    prepared = known.get(("anchor", body, link))
     if prepared is not None:
         state, surfaces, note, anchored, key, anchors, rows = prepared
         if surfaces.anchors is anchors:

@@ -19,8 +19,7 @@ from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.joint_groups import JointGroup
+    from roboyard.pybullet.state.body_records import BodyRecord, JointGroup
 
 reactions = lazy_module("roboyard.pybullet.state.reactions.joint_reactions")
 

@@ -214,7 +214,7 @@ class Surfaces:
                 self.anchors[row] = is_anchored
 
     def anchor_places(self, link: Link) -> AnchorPlaces:
-        """Return where it is noted whether a link is anchored: in a set as a key, and in rows of `anchors`.
+        """Return where it is noted whether a link is anchored: keys, its own, (ngeom,) anchors, its rows.
 
         They are valid until MuJoCo's arrays, or `anchors`, are others.
         """
