@@ -20,10 +20,11 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
-from other_calls import TABLES
+import call_forms
+import other_calls
 
 LOOPS = 3
 SECONDS = 0.05
@@ -74,8 +75,22 @@ def measure(side: str, only: str) -> dict[str, float]:
     arm = p.loadURDF("kuka_iiwa/model.urdf", [2, 0, 0], useFixedBase=True)
     cube = p.loadURDF("cube_small.urdf", [1, 0, 1])
     p.stepSimulation()
-    for table in (transforms, getters, queries, commands, alternated, pairs, *TABLES, loops, planning):
-        for name, call in table(p, robot, arm, cube).items():
+    tables = (transforms, getters, queries, commands, alternated, pairs, *other_calls.TABLES, loops, planning)
+    found |= figures_of(p, tables, (robot, arm, cube), only)
+    p.resetSimulation()
+    p.setGravity(0, 0, -9.8)
+    p.loadURDF("plane.urdf")
+    robot = p.loadURDF("r2d2.urdf", [0, 0, 1])
+    arm = p.loadURDF("kuka_iiwa/model.urdf", [2, 0, 0], useFixedBase=True)
+    cube = p.loadURDF("cube_small.urdf", [1, 0, 1])
+    return found | figures_of(p, call_forms.TABLES, (robot, arm, cube), only)
+
+
+def figures_of(p: Any, tables: Iterable[Any], bodies: tuple[int, int, int], only: str) -> dict[str, float]:
+    """Return the figures of calls whose names match a regular expression."""
+    found: dict[str, float] = {}
+    for table in tables:
+        for name, call in table(p, *bodies).items():
             if re.search(only, name):
                 found[name] = cost(call)
     return found

@@ -72,11 +72,13 @@ def settings(p: Any, robot: int, arm: int, cube: int) -> Calls:
     def change(number: int, name: str) -> Callable[[Any], Any]:
         return lambda value: p.changeConstraint(number, **{name: value})
 
-    both = itertools.cycle(zip(([1, 0, 1], [1, 0, 1.1]), turns, strict=True))
+    both = list(zip(([1, 0, 1], [1, 0, 1.1]), turns, strict=True))
     return {
         "changeConstraint, maxForce, step": in_turn(stepped(change(held, "maxForce")), (50, 60)),
         "changeConstraint, turned": in_turn(change(held, "jointChildFrameOrientation"), turns),
-        "changeConstraint, moved and turned": lambda: p.changeConstraint(held, *next(both), maxForce=50),
+        "changeConstraint, moved and turned": in_turn(
+            lambda pair: p.changeConstraint(held, pair[0], pair[1], maxForce=50), both
+        ),
         "changeConstraint of a gear": lambda: p.changeConstraint(gear, gearRatio=-1, maxForce=100),
         "changeConstraint, gearRatio": in_turn(change(gear, "gearRatio"), (-1, -2)),
         "changeConstraint, relativePositionTarget": in_turn(change(gear, "relativePositionTarget"), (0, 0.1)),

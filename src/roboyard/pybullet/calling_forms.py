@@ -6,7 +6,8 @@ take positional arguments only and always use client 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from roboyard._lazy import lazy_module
@@ -16,6 +17,7 @@ from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, whole
 from roboyard.pybullet.face.direct_calls import DIRECT, START, forget
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.fast.fast_commands import replace_old_motors
 
 matrices = lazy_module("roboyard.pybullet.api.math.camera_matrices")
 
@@ -88,6 +90,10 @@ def setJointMotorControl(*args: Any) -> None:
     Raises:
         error: another number of arguments, or an unknown mode.
     """
+    _control_joint(CLIENTS[0], *args)
+
+
+def _control_joint(client: Any, *args: Any) -> None:
     if len(args) not in (4, 5, 6, 8):
         raise failure(_BAD_MOTOR_CALL, f"expected 4, 5, 6 or 8 arguments, got {len(args)}")
     body, joint, mode, target, *limits = args
@@ -101,13 +107,19 @@ def setJointMotorControl(*args: Any) -> None:
         given = body, joint, mode, 0.0, 0.0, target
     else:
         raise failure(_BAD_MOTOR_CALL, f"control mode {mode!r} does not take {len(args)} arguments")
-    client = DIRECT.get(0)
-    command = None if client is None else START.replaced.get("setJointMotorControl2")
+    command = START.replaced.get("setJointMotorControl2") if client is DIRECT.get(0) else None
     if command is not None:
         command(client, *given)
     else:
-        other: Any = CLIENTS[0]
-        other.setJointMotorControl2(*given)
+        client.setJointMotorControl2(*given)
+
+
+FIRST_CLIENT: Mapping[str, tuple[Any, int, str]] = {
+    "setJointMotorControl": (_control_joint, 8, "setJointMotorControl2")
+}
+"""Functions that always use client 0: `function(client, *arguments)`, which does it, the largest number of
+arguments, and a command that changes the same answers."""
+START.later(partial(replace_old_motors, _control_joint, KP))
 
 
 # ---------------------------------------------------------------------------------------------- renderImage

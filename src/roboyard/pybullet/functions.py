@@ -11,7 +11,7 @@ from typing import Any
 from roboyard._lazy import paused_collection
 from roboyard._libraries import stored_libraries
 from roboyard._numpy import load_numpy
-from roboyard.pybullet.face.calling import builtin, counted, kept, public, refusing
+from roboyard.pybullet.face.calling import builtin, counted, kept, of_first_client, public, refusing
 from roboyard.pybullet.face.commands import COMMANDS
 
 _FREE: Mapping[str, tuple[str, ...]] = {
@@ -64,6 +64,9 @@ PRELOADED = (
 _KEPT = frozenset(("getAPIVersion", "isConnected", "isNumpyEnabled"))
 """Those of them that return the same for each client in this process."""
 
+_FIRST_CLIENT = frozenset(("setJointMotorControl",))
+"""Those of them that have a command of client 0, without keywords."""
+
 _FREE_HOMES = {name: f"roboyard.pybullet.{module}" for module, names in _FREE.items() for name in names}
 
 NAMES = tuple(sorted({*COMMANDS, *_FREE_HOMES}))
@@ -86,6 +89,10 @@ def public_function(name: str) -> Callable[..., Any]:
                     import_module(needed)
         if name in _REFUSING:
             function = refusing(function)
+        if name in _FIRST_CLIENT:
+            from roboyard.pybullet.calling_forms import FIRST_CLIENT
+
+            function = of_first_client(function, *FIRST_CLIENT[name])
         if name in _KEPT:
             function = kept(function, 1 if name == "isConnected" else function())
         if hasattr(function, "front"):

@@ -11,6 +11,7 @@ from roboyard._mujoco import mujoco
 from roboyard.errors import ModelError
 from roboyard.sim.build.contact_law import set_contact_law, set_law_of_few
 from roboyard.sim.build.geoms import add_triangles_for_rays
+from roboyard.sim.build.inertia_sums import InertiaSums
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import forget_meshes
 from roboyard.sim.build.solver_options import Solver
@@ -68,6 +69,7 @@ class CompiledWorld(WorldSpec[BodyT]):
         self._inertia_changed = False
         self.long_axes: dict[tuple[int, int], float] = {}
         """Lengths, other than 1, of the axes of joints, by body and joint; see `Engine.axis_lengths`."""
+        self._inertia_sums = InertiaSums()
         self._reference: Any = None
         """MjData in which MuJoCo computes what depends on masses alone; created when masses change."""
         self._geom_owners: np.ndarray | None = None
@@ -81,12 +83,14 @@ class CompiledWorld(WorldSpec[BodyT]):
         """
         self._inertia_changed = self.is_moved = self._velocity_moved = True
 
-    def _sum_inertia(self) -> None:
+    def sum_inertia(self) -> None:
         """Compute masses of trees, contact weights and mean inertia again."""
         self._inertia_changed = False
-        if self._reference is None:
-            self._reference = mujoco.MjData(self._model)
-        mujoco.mj_setConst(self._model, self._reference)
+        if not self._inertia_sums.update(self._model, self.revision):
+            if self._reference is None:
+                self._reference = mujoco.MjData(self._model)
+            mujoco.mj_setConst(self._model, self._reference)
+            self._inertia_sums.note(self._model, self.revision)
         if self._model.nv:
             total = np.add.reduce(self._model.dof_M0)
             self._model.stat.meaninertia = total / self._model.nv  # as a compilation does

@@ -143,7 +143,7 @@ class Engine(CompiledWorld[BodyT]):
             self.is_moved, self._centres_moved = False, True
         if centres and self._centres_moved:
             if self._inertia_changed:
-                self._sum_inertia()
+                self.sum_inertia()
             parts |= CENTRES
             self._centres_moved = False
         if speeds and self._velocity_moved == ALL_MOVED:

@@ -86,7 +86,10 @@ class LinkGroups:
             (known.add if collide else known.discard)(partner)
             if not known:
                 del self._enabled[key]
-        return self._update([key for key in (one, other) if key in self._groups])
+        changed = [key for key in (one, other) if key in self._groups]
+        if any(self._is_apart(key) != (key in self._apart) for key in changed):
+            return self._update(changed)
+        return self._update_pair(one, other, changed)
 
     def add(self, body: EngineBody) -> set[Key]:
         """Return the pairs of a new body that are excluded."""
@@ -163,6 +166,15 @@ class LinkGroups:
             for other in wanted - known:
                 self._join(link, other)
         return GroupChange(added=added - removed, removed=removed - added, links=links)
+
+    def _update_pair(self, one: LinkKey, other: LinkKey, changed: list[LinkKey]) -> GroupChange:
+        """Exclude one pair or not, after it was enabled or disabled; `changed`: those that have a group."""
+        known = other in self._partners.get(one, ())
+        if not changed or known == self._is_excluded(one, other):
+            return GroupChange()
+        (self._part if known else self._join)(one, other)
+        pair = {in_order(one, other)}
+        return GroupChange(removed=pair) if known else GroupChange(added=pair)
 
     def _candidates(self, link: LinkKey) -> Iterator[LinkKey]:
         """Return the links that a link may have to be excluded with."""

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from roboyard.sim.pool.lone_bodies import LoneBody
 
 
+AnchorPlaces = tuple[set[tuple[int, int]], tuple[int, int], np.ndarray, list[int]]
+"""Keys of anchored links, that of one link, and the (ngeom,) anchors with its rows."""
+
+
 class EngineBody(Protocol):
     """The members of a `Body` that the engine and the body pool use."""
 
@@ -200,8 +204,17 @@ class LinkSurfaces(Protocol):
         """Make the surface of a link a spring (N/m) and damper (N s/m)."""
         ...
 
+    @property
+    def anchors(self) -> np.ndarray:
+        """(ngeom,) 1 for the geoms of links with anchors."""
+        ...
+
     def set_anchor(self, link: Any, *, is_anchored: bool) -> None:
         """Let friction pull the contacts of a link back to where they began."""
+        ...
+
+    def anchor_places(self, link: Any) -> AnchorPlaces:
+        """Return where it is noted whether a link is anchored: keys, its key, (ngeom,) anchors, rows."""
         ...
 
     def restitution_places(self, link: Any) -> list[Array] | None:

@@ -81,7 +81,7 @@ class Simulation(SimulatedBodies):
 
     def _advance(self, n: int) -> None:
         if self._inertia_changed:
-            self._sum_inertia()
+            self.sum_inertia()
         if self.windows.shows_slots:
             if n > 1:
                 for _ in range(n):

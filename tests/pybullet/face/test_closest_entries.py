@@ -112,6 +112,28 @@ def test_machine_code_finds_points(bodies: list[int], monkeypatch: pytest.Monkey
     assert len(p.getClosestPoints(bodies[3], bodies[2], 5)) > 5
 
 
+def test_machine_code_finds_points_beside_terrain(bodies: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    def distances() -> list[float]:
+        return [row[8] for row in p.getClosestPoints(bodies[3], bodies[2], 5)]
+
+    before = distances()
+    assert len(before) > 5
+    heights = [0.01 * (k % 7) for k in range(64)]
+    field: dict[str, Any] = {"heightfieldData": heights, "numHeightfieldRows": 8, "numHeightfieldColumns": 8}
+    shape = p.createCollisionShape(p.GEOM_HEIGHTFIELD, meshScale=[0.1, 0.1, 1], **field)
+    ground = p.createMultiBody(0, shape, -1, [1, 6, 0])
+    np.testing.assert_allclose(distances(), before, rtol=0, atol=1e-12)
+    on_ground = p.getClosestPoints(bodies[3], ground, 10)
+    assert len(on_ground) == 2 * 7 * 7
+    assert p.getClosestPoints(bodies[3], ground, 10) == on_ground
+    (nearest,) = (row for row in on_ground if row[8] == min(row[8] for row in on_ground))
+    apart = np.subtract(nearest[5], nearest[6])
+    np.testing.assert_allclose(np.array(nearest[7]) * nearest[8], apart, rtol=0, atol=1e-9)
+    client: Any = CLIENTS[0]
+    monkeypatch.setattr(client.scene, "bodies", None)  # which the Python function reads
+    np.testing.assert_allclose(distances(), before, rtol=0, atol=1e-12)
+
+
 POSES: list[tuple[Any, Any]] = [
     (None, None),
     ([1, 0, 1.2], None),

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 
 import roboyard.pybullet as p
@@ -93,6 +94,25 @@ CALLS: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
     ("getVisualShapeData", (0,), {}),
     ("getVisualShapeData", (0,), {"flags": 0}),
     ("getVisualShapeData", (0,), {"flags": 1}),
+    ("getNumBodies", (0,), {}),
+    ("getNumBodies", (1,), {}),
+    ("getNumBodies", (0.0,), {}),
+    ("getNumBodies", (0,), {"physicsClientId": 0}),
+    ("getNumBodies", (0, 0), {}),
+    ("getDynamicsInfo", (0, -1, 0), {}),
+    ("getDynamicsInfo", (0, -1, 7), {}),
+    ("getDynamicsInfo", (0, -1, 0), {"linkIndex": -1}),
+    ("getDynamicsInfo", (0, -1, np.int64(0)), {}),
+    ("getDynamicsInfo", (np.int64(0), np.int32(-1)), {}),
+    ("getDynamicsInfo", (np.float64(0), -1), {}),
+    ("getDynamicsInfo", (np.int64(5), np.int8(-1)), {}),
+    ("getUserDataInfo", (np.int64(0),), {"userDataId": np.int64(0)}),
+    ("isConnected", (0,), {}),
+    ("isConnected", (1,), {}),
+    ("isConnected", (0, 0), {}),
+    ("getBasePositionAndOrientation", (np.int32(0),), {"physicsClientId": 0}),
+    ("changeDynamics", (np.int64(0), np.int64(-1)), {"mass": np.int64(2)}),
+    ("rayTest", ([0, 0, 3], [0, 0, 0], np.int64(-1), np.int64(0), 0), {}),
 ]
 
 
@@ -111,6 +131,13 @@ def test_calls_have_the_same_outcome(
     expected = outcome(python(name), given, keywords)
     for _ in range(3):  # kept answers, too
         assert outcome(getattr(p, name), given, keywords) == expected
+
+
+def test_errors_have_the_frames_of_the_command_alone(box: int) -> None:
+    with pytest.raises(p.error) as caught:
+        p.getBodyInfo(box + 9)
+    assert [entry.name for entry in caught.traceback][1:] == ["getBodyInfo"]
+    assert caught.value.__notes__
 
 
 def test_kept_answers_follow_what_changes_them(box: int) -> None:

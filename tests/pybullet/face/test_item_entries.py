@@ -80,6 +80,15 @@ CALLS += [
 ]
 
 
+CALLS += [
+    ("addUserDebugText", ("text", A), {"textOrientation": turn, "textSize": 2})
+    for turn in (
+        *([0, 0, 0, 1], (0.1, 0.2, 0.3, 0.9), np.array([0, 1.0, 0, 0]), [0, 0, 1], "abcd"),
+        *([0, 0, 0, float("inf")], [0, 0, 0, None], 1.0),
+    )
+]
+
+
 @pytest.mark.parametrize(("name", "given", "keywords"), CALLS)
 def test_items_are_those_of_the_python_functions(
     name: str, given: tuple[Any, ...], keywords: dict[str, Any]

@@ -110,3 +110,24 @@ def test_machine_code_writes_moments(monkeypatch: pytest.MonkeyPatch) -> None:
     world = CLIENTS[0].scene.world
     row = world.bodies[1].mujoco_ids[0]
     np.testing.assert_allclose(world.live_model.body_inertia[row], expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("is_stale", [False, True])
+def test_anchors_that_change_often_are_those_of_the_python_function(is_stale: bool) -> None:
+    box = spinning_box()
+    world: Any = CLIENTS[0].scene.world  # type: ignore[union-attr]
+    p.stepSimulation()
+    for turn in range(9):
+        if is_stale and turn == 3:
+            p.createMultiBody(1.0, basePosition=[0, 0, 5])
+            assert world.is_stale
+        for value in (1, 0, 2, 0.5, np.int64(turn % 2)):
+            p.changeDynamics(box, -1, frictionAnchor=value)
+        if turn % 4 == 3:
+            p.stepSimulation()
+            rows = CLIENTS[0].scene.bodies[box].body.links[0].geom_ids  # type: ignore[union-attr]
+            assert world.surfaces.anchors[rows].tolist() == [turn % 2]
+    state = CLIENTS[0].scene.bodies[box].links[0]  # type: ignore[union-attr]
+    assert state.is_anchored is False
+    p.changeDynamics(box, -1, frictionAnchor=-1)
+    assert state.is_anchored is False

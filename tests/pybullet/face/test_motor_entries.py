@@ -13,11 +13,12 @@ from entry_robots import ARM, INERTIAL
 
 import roboyard.pybullet as p
 from roboyard.native.objects import arrays_have_the_known_layout
+from roboyard.pybullet import calling_forms
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.entries import FRONT
-from roboyard.pybullet.fast import fast_commands, motor_entries
+from roboyard.pybullet.fast import fast_commands, motor_entries, old_motor_entries
 
 pytestmark = pytest.mark.skipif(
     not (direct_calls.CAN_START and arrays_have_the_known_layout()), reason="machine code is not used here"
@@ -28,6 +29,7 @@ pytestmark = pytest.mark.skipif(
 def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert FRONT.address()
     assert motor_entries.MOTORS.address()
+    assert old_motor_entries.OLD.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
     direct_calls.START.enter()
     fast_commands.replace_motors()
@@ -69,7 +71,7 @@ def test_commands_with_changing_bounds_are_those_of_the_python_functions(arm: Pa
         mode = draw.choice([p.POSITION_CONTROL, p.POSITION_CONTROL, p.VELOCITY_CONTROL, p.TORQUE_CONTROL])
         force = draw.choice([3, 5.0, np.float64(2.5), 0, 0.0, 7, 8, np.float32(4)])
         place = draw.choice([0.1, -3, np.float64(0.4), 9.0])
-        form = draw.randrange(6)
+        form = draw.randrange(9)
         joint = draw.choice([0, 1, 2, np.int64(1)])
         if form < 2:
             gains = draw.choice([{}, {"positionGain": 0.3}, {"velocityGain": 0.5, "maxVelocity": 2.0}])
@@ -86,9 +88,33 @@ def test_commands_with_changing_bounds_are_those_of_the_python_functions(arm: Pa
             both("setJointMotorControlArray", 0, joints, mode, **lists)
         elif form == 4:
             both("setJointMotorControlMultiDof", 0, joint, p.POSITION_CONTROL, [place], force=[force])
-        else:
+        elif form == 5:
             lists = {"forces": [[force], [draw.choice([force, 2.0])]]}
             both("setJointMotorControlMultiDofArray", 0, [0, 1], p.POSITION_CONTROL, [[0.1], [0.2]], **lists)
+        elif form == 6:
+            both(
+                "setJointMotorControlMultiDof",
+                0,
+                joint,
+                p.TORQUE_CONTROL,
+                force=draw.choice([[force], [1, 2]]),
+            )
+        elif form == 7:
+            lists = {"forces": draw.choice([[[force], (2.0,)], [np.array([0.1])], [[1.0], [1.0, 2.0]]])}
+            both(
+                "setJointMotorControlMultiDofArray",
+                0,
+                draw.choice([[0, 2], (1, 0)]),
+                p.TORQUE_CONTROL,
+                **lists,
+            )
+        else:
+            old = {p.TORQUE_CONTROL: (force,)}.get(mode) or draw.choice(
+                [(place,), (place, force), (place, 2, 1)]
+            )
+            old = draw.choice([old, (place, 0.1, force, 0.2, 0.9)])
+            p.setJointMotorControl(0, joint, mode, *old)
+            calling_forms.FIRST_CLIENT["setJointMotorControl"][0](CLIENTS[1], 0, joint, mode, *old)
 
     def change() -> None:
         kind, step = draw.randrange(4), draw.choice([0.004, 0.01])
@@ -100,7 +126,7 @@ def test_commands_with_changing_bounds_are_those_of_the_python_functions(arm: Pa
             else:
                 p.setPhysicsEngineParameter(numSubSteps=2 * (kind - 2), physicsClientId=number)
 
-    for turn in range(600):
+    for turn in range(900):
         command()
         assert motors(0, 0) == motors(1, 0), turn
         if turn % 3 == 2:
@@ -129,13 +155,57 @@ def test_machine_code_writes_the_bounds(arm: Path, monkeypatch: pytest.MonkeyPat
     keywords = {"jointIndex": 0, "controlMode": p.VELOCITY_CONTROL, "force": np.float64(5)}
     p.setJointMotorControl2(bodyUniqueId=robot, **keywords)
     p.setJointMotorControlArray(robot, [0, 1], p.POSITION_CONTROL, [0.1, 0.2], forces=[4.5, 0.0])
+    p.setJointMotorControlMultiDof(robot, 1, p.TORQUE_CONTROL, force=[0.4])
+    p.setJointMotorControlMultiDofArray(robot, [2, 1], p.TORQUE_CONTROL, forces=[[0.3], [0.5]])
+    p.setJointMotorControl(robot, 1, p.TORQUE_CONTROL, 0.6)
+    p.setJointMotorControl(robot, 0, p.VELOCITY_CONTROL, 0.1, 4.5)
     monkeypatch.undo()
     client.scene.world.wrenches.find()
     scene = client.scene
     own = scene.world.motors.of(scene.bodies[robot].body)
     np.testing.assert_array_equal(own.bounds, [[0.0, 4.5 / 240], [0.0, 0.0]])
+    assert own.motors[0].tolist() == [1.0, 0.0, 0.1, 1.0, 0.0]
     np.testing.assert_allclose(scene.world.live_model.dof_frictionloss, [4.5, 0.0], rtol=1e-15)
-    np.testing.assert_allclose(scene.world.live_data.qfrc_applied, [0.0, 0.3], rtol=1e-15)
+    np.testing.assert_allclose(scene.world.live_data.qfrc_applied, [0.0, 1.8], rtol=1e-15)
+
+
+def test_machine_code_notes_motors_that_are_switched(arm: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    p.connect(p.DIRECT)
+    robot = p.loadURDF(str(arm), useFixedBase=True)
+    for _ in range(2):
+        p.setJointMotorControl2(robot, 0, p.VELOCITY_CONTROL, targetVelocity=1.0, force=2)
+        p.stepSimulation()
+    p.setJointMotorControl2(robot, 0, p.VELOCITY_CONTROL, targetVelocity=1.0, force=2)  # prepared
+    client: Any = CLIENTS[0]
+    torque = p.getJointState(robot, 0)[3]
+    bodies = client.scene.bodies
+    monkeypatch.setattr(client.scene, "bodies", None)  # which the Python functions read
+    p.setJointMotorControl2(robot, 0, p.VELOCITY_CONTROL, force=0)
+    off = bodies[robot].motors_off.copy()
+    p.setJointMotorControlArray(robot, [0, 2], p.VELOCITY_CONTROL, forces=[3, 1])
+    monkeypatch.undo()
+    assert off == {0}
+    assert not bodies[robot].motors_off
+    assert torque != 0.0
+    assert bodies[robot].applied[0] == torque  # of its last step
+    assert bodies[robot].motored[0]
+
+
+def test_old_forms_take_what_pybullet_takes(arm: Path) -> None:
+    p.connect(p.DIRECT)
+    robot = p.loadURDF(str(arm), useFixedBase=True)
+    for given in ((robot, 0), (robot, 0, p.TORQUE_CONTROL, 1, 2), (robot, 0, 0, 1, 2, 3, 4), tuple(range(9))):
+        with pytest.raises(p.error, match=r"^Error parsing arguments in setJointControl"):
+            p.setJointMotorControl(*given)
+    with pytest.raises(TypeError):
+        p.setJointMotorControl(robot, 0, p.TORQUE_CONTROL, force=1)
+    with pytest.raises(TypeError):
+        p.setJointMotorControl(robot, 0, p.TORQUE_CONTROL, 1, physicsClientId=0)
+    with pytest.raises(p.error, match=r"^Joint index out-of-range"):
+        p.setJointMotorControl(robot, 7, p.TORQUE_CONTROL, 1)
+    p.disconnect()
+    with pytest.raises(p.error, match=r"^Not connected to physics server"):
+        p.setJointMotorControl(robot, 0, p.TORQUE_CONTROL, 1)
 
 
 def test_an_arm_with_changing_bounds_moves_as_in_pybullet(arm: Path) -> None:

@@ -105,3 +105,32 @@ def test_machine_code_finds_hits(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [p.rayTest(*ray, reportHitNumber=k) for k in range(4)] == expected
     assert p.rayTestBatch([ray[0]] * 2, [ray[1]] * 2, reportHitNumber=1) == 2 * expected[1]
     assert p.rayTest(*ray, -1, -1) == first
+
+
+def test_rays_with_masks_follow_groups(monkeypatch: pytest.MonkeyPatch) -> None:
+    draw = random.Random(5)
+    scene: Any = CLIENTS[0].scene  # type: ignore[union-attr]
+    starts, ends = [list(points) for points in zip(*rays()[:20], strict=True)]
+    hit = 0
+    for turn in range(60):
+        if turn % 5 == 4:
+            link = (draw.randrange(1, 9), -1)
+            p.setCollisionFilterGroupMask(*link, draw.choice([0, 1, 4, 6]), draw.choice([1, 7]))
+        if turn == 30:
+            p.removeBody(8)
+        mask, wanted = draw.choice([-1, 1, 4, 6, 0, -2, 2**31 - 1]), draw.choice([-1, -1, 0])
+        for _ in range(3):
+            batch = p.rayTestBatch(starts, ends, collisionFilterMask=mask, reportHitNumber=wanted)
+            alone = [p.rayTest(*ray, mask, wanted)[0] for ray in zip(starts, ends, strict=True)]
+        expected = raycasts.rayTestBatch(
+            CLIENTS[0],  # type: ignore[arg-type]
+            *(starts, ends),
+            collisionFilterMask=mask,
+            reportHitNumber=wanted,
+        )
+        assert list(batch) == alone == list(expected), turn
+        hit += sum(body >= 0 for body, *_ in batch)
+    assert hit > 100
+    p.rayTestBatch(starts, ends, collisionFilterMask=1)
+    monkeypatch.setattr(scene, "bodies", None)  # which the Python function reads
+    p.rayTestBatch(starts, ends, collisionFilterMask=1)

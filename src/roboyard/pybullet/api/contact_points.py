@@ -95,7 +95,7 @@ def getClosestPoints(
         if not first.places or not second.places:
             return ()
         search = _search(scene)
-        if search is None:
+        if search is None or search.has_field(first) or search.has_field(second):
             return _closest_points(scene, scene.world, first.places, second.places, limit)
         found = search.points(first, second, limit)
         if is_machine_code("getClosestPoints"):
@@ -151,12 +151,7 @@ def _closest_points(
             if has_fields and (kinds[geom_a] == _FIELD) != (kinds[geom_b] == _FIELD):
                 on_field = _on_field(world, geom_a, geom_b, reach)
                 if on_field is not None:
-                    points += [
-                        _closest(
-                            body_a, body_b, link_a, link_b, distance, between, normal, margin_a, margin_b
-                        )
-                        for distance, between, normal in on_field
-                    ]
+                    points += _rows((body_a, body_b, link_a, link_b), on_field, margin_a, margin_b)
                     continue
             gap = mujoco.mj_geomDistance(model, data, geom_a, geom_b, reach, ends)
             if gap > reach or (gap == reach and not ends.any()):
@@ -217,7 +212,7 @@ def _shapes_of(scene: PhysicsScene, key: Key) -> tuple[Side | None, Side | None]
 
 
 def _search(scene: PhysicsScene) -> ClosestSearch | None:
-    """Return the compiled search; None with height fields, geoms of triangles or no machine code."""
+    """Return the compiled search; None with geoms of triangles or without machine code."""
     world = scene.world
     if world.windows.shows_slots:
         return None
@@ -249,10 +244,8 @@ def _geoms_of(scene: PhysicsScene, body: int, link: int) -> Side:
     return found
 
 
-def _on_field(
-    world: World, one: int, two: int, reach: float
-) -> list[tuple[float, np.ndarray, list[float]]] | None:
-    """Return distance (m), both closest points (6,) (m) and the direction from b to a of each triangle near.
+def _on_field(world: World, one: int, two: int, reach: float) -> np.ndarray | None:
+    """Return (n, 10) distance (m), both closest points (m) and the direction from b to a of triangles near.
 
     One of the geoms is a field. None where the form of the other one is not known.
     """
@@ -260,12 +253,24 @@ def _on_field(
 
     is_first = world.live_model.geom_type[one] == _FIELD
     found = points_on_field(world, one, two, reach) if is_first else points_on_field(world, two, one, reach)
-    if found is None:
-        return None
-    if is_first:  # the direction is from the field to the shape
+    if found is not None and is_first:  # the direction is from the field to the shape
         found[:, 1:7] = found[:, [4, 5, 6, 1, 2, 3]]
         found[:, 7:] *= -1.0
-    return [(float(row[0]), row[1:7], row[7:].tolist()) for row in found]
+    return found
+
+
+def _rows(
+    names: tuple[int, int, int, int], found: np.ndarray, margin_a: float, margin_b: float
+) -> list[Point]:
+    """Return the rows of pairs of shapes from what `_on_field` returns; see `_closest`."""
+    normals = found[:, 7:]
+    on_a, on_b = found[:, 1:4] - margin_a * normals, found[:, 4:7] + margin_b * normals
+    distances = found[:, 0] - (margin_a + margin_b)
+    parts = *(map(tuple, part.tolist()) for part in (on_a, on_b, normals)), distances.tolist()
+    return [
+        (0, *names, a, b, normal, distance, 0.0, 0.0, _ZEROS, 0.0, _ZEROS)
+        for a, b, normal, distance in zip(*parts, strict=True)
+    ]
 
 
 def _direction(gap: float, ends: np.ndarray) -> tuple[float, float, float]:

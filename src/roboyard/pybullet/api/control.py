@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
+from functools import partial
 from math import inf, nan
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,8 @@ _MODES = (c.VELOCITY_CONTROL, c.TORQUE_CONTROL, c.POSITION_CONTROL, c.PD_CONTROL
 _OLD_BODY = {"bodyIndex": "bodyUniqueId"}
 _MOTORED = (0, 1, 2)
 _NUMBERS = float, int
+_FIXED = -2
+"""In place of the degree of freedom of a joint that has no torque."""
 
 
 @command(aliases=_OLD_BODY)
@@ -210,6 +213,8 @@ def setJointMotorControlMultiDof(
         client.scene, record, jointIndex, controlMode, targetPosition, targetVelocity, force, *gains,
         number(damping),
     )  # fmt: skip
+    if controlMode == c.TORQUE_CONTROL and is_machine_code("setJointMotorControlMultiDof"):
+        _prepare_torques(client.scene, record)
 
 
 @command()
@@ -259,6 +264,8 @@ def setJointMotorControlMultiDofArray(
         _drive_many(
             client.scene, record, joint, controlMode, position, velocity, force, kps[i], kds[i], fastest[i]
         )
+    if controlMode == c.TORQUE_CONTROL and record and is_machine_code("setJointMotorControlMultiDofArray"):
+        _prepare_torques(client.scene, record)
 
 
 # ------------------------------------------------------------------------------------------------- helpers
@@ -267,13 +274,27 @@ def setJointMotorControlMultiDofArray(
 def _prepare(client: Client, record: BodyRecord) -> None:
     """Apply the pending commands of a body, so that machine code can command its motors."""
     world, motors = client.scene.world, record.motor_commands
-    if motors is None or record.revision != world.revision:
+    if motors is None or world.is_stale:
         return
+    if record.revision != world.revision:
+        client.scene.ready(record.number, OUT_OF_RANGE)
     if motors.pending:
         motors.flush()
     known = world.prepared.get("motors")
-    if known is not None and record.number not in known and not world.is_stale:
-        known[record.number] = motors.prepared(client.parameters)
+    if known is not None and record.number not in known:
+        known[record.number] = motors.prepared(client.parameters, partial(_switch, client.scene, record))
+
+
+def _switch(scene: PhysicsScene, record: BodyRecord, joint: int, is_off: bool | None) -> None:
+    """Note that the motor of a joint of one degree of freedom is switched off, or on; see `switch_motor`."""
+    if is_off is None:
+        record.motored[joint] = True
+        record.motors_off.discard(joint)
+        return
+    if record.motored[joint] and scene.motor_revision == scene.world.revision == record.revision:
+        record.applied[joint] = scene.motor_forces().item(record.velocity_addresses[joint])
+    record.motored[joint] = False
+    record.motors_off.add(joint)
 
 
 def _prepare_torques(scene: PhysicsScene, record: BodyRecord) -> None:
@@ -283,7 +304,12 @@ def _prepare_torques(scene: PhysicsScene, record: BodyRecord) -> None:
     if known is None or record.number in known or world.is_stale or record.revision != world.revision:
         return
     addresses, count = record.velocity_addresses, record.joint_count
-    dofs = [addresses[joint] if record.is_scalar[joint] else -1 for joint in range(count)]
+    dofs = [
+        _FIXED if record.joint_type(joint) not in _MOTORED
+        else addresses[joint] if record.is_scalar[joint]
+        else -1
+        for joint in range(count)
+    ]  # fmt: skip
     known[record.number] = (
         *(world.wrenches, world.live_data.qfrc_applied, np.array(dofs, np.int64)),
         *(np.zeros((count, 2)),),

@@ -18,6 +18,7 @@ from roboyard.pybullet.fast.dynamics_writes import (
     COMMAND,
     KIND,
     forget_body,
+    prepare_anchor,
     prepare_compliance,
     prepare_damping,
     prepare_equal,
@@ -434,9 +435,22 @@ def _change_compliance(client: Client, body: int, link: int, values: tuple[float
 
 
 def _change_anchor(client: Client, body: int, link: int, value: float) -> None:
+    known: Any = client.prepared[KIND]
+    prepared = known.get(("anchor", body, link))
+    if prepared is not None:
+        state, surfaces, note, anchored, key, anchors, rows = prepared
+        if surfaces.anchors is anchors:
+            if note is not None:
+                note()
+            is_anchored = state.is_anchored = value > 0.0
+            (anchored.add if is_anchored else anchored.discard)(key)
+            for row in rows:
+                anchors[row] = is_anchored
+            return
     record = _hard_body(client, body, link)
     if record is not None:
-        _set_anchor(record, link, record.links[link + 1], bool(value))
+        _set_anchor(record, link, record.links[link + 1], value > 0.0)
+        prepare_anchor(record, link)
 
 
 def _change_joint_damping(client: Client, body: int, link: int, damping: float) -> None:

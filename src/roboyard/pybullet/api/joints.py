@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard._lazy import lazy_module
 from roboyard.pybullet.face.arguments import are_finite, check_finite, indices, number, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
@@ -18,7 +19,9 @@ from roboyard.pybullet.state.bodies.joint_tables import POSITION_COUNT, VELOCITY
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.bodies.body_records import BodyRecord
+    from roboyard.pybullet.state.bodies.body_records import BodyRecord, JointGroup
+
+reactions = lazy_module("roboyard.pybullet.state.reactions.joint_reactions")
 
 Vector = Sequence[float]
 State = tuple[Any, ...]
@@ -111,14 +114,7 @@ def getJointStates(
         group = joint_group(record, wanted)
     if not group.is_scalar or scene.motor_revision != record.revision:
         return tuple(_state(client, record, joint) for joint in group.joints)
-    states = group.read(record, scene.motor_forces())
-    if record.sensors.isdisjoint(group.joints):
-        return states
-    found = list(states)
-    for place, joint in enumerate(group.joints):
-        if joint in record.sensors:
-            found[place] = *found[place][:2], _reaction(client, record, joint), found[place][3]
-    return tuple(found)
+    return _with_reactions(client, record, group, group.read(record, scene.motor_forces()))
 
 
 @command()
@@ -154,8 +150,8 @@ def getJointStatesMultiDof(
         group = record.joint_groups.get(tuple(jointIndex))
     except TypeError:
         group = None
-    if group is not None and group.is_free and not record.sensors and scene.motor_revision == record.revision:
-        return group.read_tuples(record, scene.motor_forces())
+    if group is not None and group.is_free and scene.motor_revision == record.revision:
+        return _with_reactions(client, record, group, group.read_tuples(record, scene.motor_forces()))
     wanted = _checked_joints(record, jointIndex)
     if wanted and group is None:
         joint_group(record, wanted)
@@ -338,11 +334,22 @@ def _state_of_many(client: Client, record: BodyRecord, joint: int) -> State:
 
 def _reaction(client: Client, record: BodyRecord, joint: int) -> tuple[float, ...]:
     """Return force (N) and torque (N m) in a joint, in the child's inertial frame; 0 without a sensor."""
-    if joint not in record.sensors:
-        return NO_REACTION
-    from roboyard.pybullet.state.reactions.joint_reactions import reaction
+    return reactions().reaction(client.scene, record, joint) if joint in record.sensors else NO_REACTION
 
-    return reaction(client.scene, record, joint)
+
+def _with_reactions(
+    client: Client, record: BodyRecord, group: JointGroup, states: tuple[State, ...]
+) -> tuple[State, ...]:
+    """Return the states of joints with the reactions of those that have a sensor."""
+    sensors = record.sensors
+    if not sensors or sensors.isdisjoint(group.joints):
+        return states
+    found, scene, reaction = list(states), client.scene, reactions().reaction
+    for place, joint in enumerate(group.joints):
+        if joint in sensors:
+            q, v, _, motor = states[place]
+            found[place] = q, v, reaction(scene, record, joint), motor
+    return tuple(found)
 
 
 def _reset_all(

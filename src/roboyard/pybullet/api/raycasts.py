@@ -23,6 +23,7 @@ from roboyard.pybullet.fast.fast_commands import (
     replace_overlaps,
     replace_rays,
 )
+from roboyard.pybullet.fast.ray_masks import LARGEST_MASK, key_of
 from roboyard.pybullet.state.bodies.body_records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.state.frames import BROADPHASE_MARGIN
 from roboyard.sim.queries.rays import ShapeHit, first_shape
@@ -39,6 +40,8 @@ Hit = tuple[int, int, float, tuple[float, ...], tuple[float, ...]]
 _NOTHING = (0.0, 0.0, 0.0)
 _MISS: Hit = (-1, -1, 1.0, _NOTHING, _NOTHING)
 link_groups = lazy_module("roboyard.pybullet.state.bodies.link_groups")
+_MOST_MASKS = 32
+"""Masks for which machine code casts rays, counted twice where it also finds hits by numbers."""
 _RESUME_OFFSET = 1e-5
 """Fraction of the ray beyond a hit where the search for the next one starts."""
 
@@ -241,8 +244,8 @@ def _cast(
             for start, end in zip(np.asarray(starts).tolist(), np.asarray(ends).tolist(), strict=True)
         )
     is_prepared = is_machine_code("rayTest") or is_machine_code("rayTestBatch")
-    if mask == -1 and is_prepared and shapes.uses > 1:  # for one call between changes it would take longer
-        _prepare(scene, is_numbered=wanted >= 0)
+    if is_prepared and shapes.uses > 1:  # for one call between changes it would take longer
+        _prepare(scene, mask, is_numbered=wanted >= 0)
     if count == 1:
         return (_hit_of(scene, room.geoms.item(0), room.hits[0].tolist()),)
     found = zip(room.geoms[:count].tolist(), room.hits[:count].tolist(), strict=True)
@@ -258,24 +261,29 @@ def _hit_of(scene: PhysicsScene, geom: int, numbers: list[float]) -> Hit:
     return number_, link, fraction, (x, y, z), (i, j, k)
 
 
-def _prepare(scene: PhysicsScene, *, is_numbered: bool) -> None:
+def _prepare(scene: PhysicsScene, mask: int, *, is_numbered: bool) -> None:
     """Let machine code cast as many rays as there is room for, and find hits by numbers."""
-    world, bundle, key = scene.world, scene.shapes.margin_shapes.bundle, int(is_numbered)
+    if abs(mask) > LARGEST_MASK:
+        return
+    world, bundle, key = scene.world, scene.shapes.margin_shapes.bundle(mask), key_of(mask, is_numbered)
     known = world.prepared.get("rays")
     if known is None or bundle is None or (key in known and known[key][4] is bundle):
         return
+    if len(known) >= _MOST_MASKS:
+        known.clear()
     room = bundle.records[2]
     owners = [
         scene.shapes.place_of(geom)[:2] if body >= 0 else (-1, -1)
         for geom, (body, _) in enumerate(world.geom_owners)
     ]
     loop = kernels.enter_numbered if is_numbered else kernels.enter_first
-    parents: Any = known[1 - key][-1] if 1 - key in known else {}
+    parents: Any = next(iter(known.values()))[-2] if known else {}
     known[key] = (
         *(world, scene.filters, partial(world.link_frames, keeps_last=True)),
         *(loop, bundle, MOST_GRAZING, room.starts, room.ends, room.geoms, room.hits),
         *(np.array(owners, np.int64).reshape(-1), *scene.shapes.margin_shapes.numbering),
         *(link_groups().chain_kernels().carry_rays, link_groups().chain_of(world), parents),
+        scene.filters.changes,
     )
 
 
@@ -284,7 +292,7 @@ def _prepare_parent(scene: PhysicsScene, record: BodyRecord) -> None:
     known: Any = scene.world.prepared.get("rays")
     if not known or record.soft is not None:
         return
-    parents = next(iter(known.values()))[-1]
+    parents = next(iter(known.values()))[-2]
     if record.number not in parents:
         frames, rows = link_groups().inertial_frames(record), np.array(record.rows, np.int64)
         parents[record.number] = frames, rows

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _NEAR, _FAR = 0.01, 1000.0  # m
 _RAY_LENGTH = 10000.0  # m: length of the window's ray vectors
+_UNSET, _ORIGIN = -1, (0.0, 0.0, 0.0)
 
 
 @command()
@@ -84,11 +85,11 @@ def resetDebugVisualizerCamera(
 @command()
 def configureDebugVisualizer(
     client: Client,
-    flag: int = -1,
+    flag: int = _UNSET,
     enable: int = -1,
     lightPosition: Sequence[float] | None = None,
-    shadowMapResolution: int = -1,
-    shadowMapWorldSize: int = -1,
+    shadowMapResolution: int = _UNSET,
+    shadowMapWorldSize: int = _UNSET,
     remoteSyncTransformInterval: float = -1.0,
     shadowMapIntensity: float = -1.0,
     rgbBackground: Sequence[float] | None = None,
@@ -99,21 +100,20 @@ def configureDebugVisualizer(
         error: a vector does not have three numbers.
     """
     camera = client.visualizer
-    flag = whole(flag)
-    if flag >= 0:
+    if flag is not _UNSET and whole(flag) >= 0:
         camera.switches[flag] = whole(enable)
         if flag == c.COV_ENABLE_Y_AXIS_UP:
             camera.up_axis = 1 if enable else 2
-    if whole(shadowMapResolution) >= 0:
+    if shadowMapResolution is not _UNSET and whole(shadowMapResolution) >= 0:
         camera.settings["shadowMapResolution"] = shadowMapResolution
-    if whole(shadowMapWorldSize) >= 0:
+    if shadowMapWorldSize is not _UNSET and whole(shadowMapWorldSize) >= 0:
         camera.settings["shadowMapWorldSize"] = shadowMapWorldSize
     if remoteSyncTransformInterval != -1.0 and number(remoteSyncTransformInterval) >= 0:
         camera.settings["remoteSyncTransformInterval"] = remoteSyncTransformInterval
     if shadowMapIntensity != -1.0 and number(shadowMapIntensity) >= 0:
         camera.settings["shadowMapIntensity"] = shadowMapIntensity
     if lightPosition is not None:
-        camera.settings["lightPosition"] = vector3_or(lightPosition, (0.0, 0.0, 0.0))
+        camera.settings["lightPosition"] = vector3_or(lightPosition, _ORIGIN)
     if rgbBackground is not None:
         camera.settings["rgbBackground"] = vector3(rgbBackground, "Error converting rgbBackground[3]")
 

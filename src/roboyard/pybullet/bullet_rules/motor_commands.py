@@ -6,7 +6,7 @@ and applied to the World's arrays when they are next needed, so that a repeated 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
 from itertools import count
 from math import nan
@@ -168,10 +168,15 @@ class MotorCommands:
         self._impulses[joint] = impulse or nan  # 0 without a time step
         self._bounds_in_use = None
 
-    def prepared(self, parameters: Any) -> tuple[Any, ...]:
-        """Return what machine code needs to command many joints; `parameters` has the time step."""
+    def prepared(self, parameters: Any, switch: Callable[[int, bool | None], None]) -> tuple[Any, ...]:
+        """Return what machine code needs to command many joints.
+
+        Args:
+            parameters: have the time step.
+            switch: notes that the motor of a joint is switched off (True) or on (None).
+        """
         arrays, read = self._compiled_arguments(), np.zeros((self._joints, 7))
-        return (self, parameters, *arrays, read, DEFAULT_MAX_FORCE, *self._motors.bound_places())
+        return (self, parameters, *arrays, read, DEFAULT_MAX_FORCE, *self._motors.bound_places(), switch)
 
     def _compiled_arguments(self) -> Any:
         from roboyard.pybullet.bullet_rules.motor_kernels import Motors

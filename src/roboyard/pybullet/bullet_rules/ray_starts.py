@@ -35,8 +35,8 @@ MOST_GRAZING = 20.0
 class GroupFilters(Protocol):
     """Groups of links by body and link."""
 
-    groups: dict[tuple[int, int], tuple[int, int]]
-    """Group and mask of those that do not have the default ones."""
+    changes: int
+    """How often they have changed."""
 
     def shows_all(self, mask: int) -> bool:
         """Return whether the groups of all links share a bit with a mask."""
@@ -72,8 +72,8 @@ class MarginShapes:
         self._numbering: tuple[np.ndarray, np.ndarray] | None = None
         self.uses = 0
         """Calls with rays since the shapes were looked up."""
-        self._bundles: dict[int, tuple[dict[Any, Any] | None, Any]] = {}
-        """By mask: groups of links, None where it shows all, and its shapes with memory for rays."""
+        self._bundles: dict[int, tuple[int, Any]] = {}
+        """By mask: how often groups of links had changed, and its shapes with memory for rays."""
 
     def around_one(self, start: Triple, way: Triple, mask: int) -> tuple[int, Triple] | None:
         """Return the shape (MuJoCo geom) around the start (3,) of a ray, and its normal; None without."""
@@ -130,16 +130,15 @@ class MarginShapes:
             return None
         if world.is_moved:
             world.link_frames(keeps_last=True)
-        groups = None if filters.shows_all(mask) else filters.groups
         known = self._bundles.get(mask)
-        if known is None or known[0] != groups or len(known[1].records[2].starts) < count:
+        if known is None or known[0] != filters.changes or len(known[1].records[2].starts) < count:
             if len(self._bundles) >= _MOST_MASKS:
                 self._bundles.clear()
-            shapes, cores = self._records if groups is None else self._shown_records(mask)
+            shapes, cores = self._records if filters.shows_all(mask) else self._shown_records(mask)
             radii = world.live_model.geom_rbound[shapes.rows]
             room = _room(max(count, _LEAST_RAYS), len(shapes.rows), radii)
             bundle = kernels.FIRST.of(shapes, cores, room)
-            known = self._bundles[mask] = None if groups is None else groups.copy(), bundle
+            known = self._bundles[mask] = filters.changes, bundle
         room = known[1].records[2]
         if count == 1:
             room.starts[0], room.ends[0] = starts[0], ends[0]
@@ -147,11 +146,10 @@ class MarginShapes:
             room.starts[:count], room.ends[:count] = starts, ends
         return known[1]
 
-    @property
-    def bundle(self) -> Any:
-        """The first argument of the loop over rays that meet all shapes, once there were such rays."""
-        groups, bundle = self._bundles.get(-1, (None, None))
-        return bundle if groups is None else None
+    def bundle(self, mask: int) -> Any:
+        """Return the first argument of the loop over rays with a mask; None where there were none yet."""
+        changes, bundle = self._bundles.get(mask, (-1, None))
+        return bundle if changes == self._filters.changes else None
 
     def _shown_records(self, mask: int) -> tuple[Any, Any]:
         """Return the shapes that a mask shows as arguments of the compiled loop."""

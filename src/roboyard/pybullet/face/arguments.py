@@ -85,7 +85,7 @@ def vector3_or(values: Any, default: Vector3) -> Vector3:
     Raises:
         TypeError: an element is not a number.
     """
-    return vector3(values, "") if _has_length(values, 3) else default
+    return default if values is default or not _has_length(values, 3) else vector3(values, "")
 
 
 def quaternion_or(values: Any, default: Quaternion) -> Quaternion:
@@ -94,7 +94,7 @@ def quaternion_or(values: Any, default: Quaternion) -> Quaternion:
     Raises:
         TypeError: an element is not a number.
     """
-    return quaternion(values, "") if _has_length(values, 4) else default
+    return default if values is default or not _has_length(values, 4) else quaternion(values, "")
 
 
 def _has_length(values: Any, length: int) -> bool:

@@ -20,14 +20,18 @@ from itertools import count
 from typing import Any
 
 from roboyard._bytecode import code_of
+from roboyard.pybullet.face.command_names import changed_answers
 from roboyard.pybullet.face.direct_calls import (
     CAN_START,
+    DIRECT,
     MANY,
+    MARKS,
     MOST,
     REFUSED,
     START,
     Call,
     call_of,
+    fail,
     kept_answers,
 )
 from roboyard.pybullet.face.errors import error, world_failure
@@ -274,6 +278,43 @@ def kept(function: Any, answer: int) -> types.FunctionType:
     call = call_of(command, (), ())._replace(known=kept_answers(), changed=(), free=function)
     made: Any = _with_call(call)
     made.entered = START
+    return made
+
+
+class _First(int):
+    """The number of client 0, which a script cannot give."""
+
+
+def of_first_client(
+    function: Any, command: Callable[..., Any], most: int, similar: str
+) -> types.FunctionType:
+    """Return a free function that takes no keywords and uses client 0; the machine code calls the command.
+
+    Args:
+        function: of the arguments.
+        command: of the client and the arguments.
+        most: the largest number of arguments.
+        similar: a command that changes the same answers.
+    """
+    if not CAN_START:
+        return typing.cast(types.FunctionType, function)
+    name, places = function.__name__, tuple(range(most))  # which no keyword is
+    call = Call(
+        clients=DIRECT,
+        command=START.replaced.get(name, command),
+        failure=functools.partial(fail, name),
+        client_name=typing.cast(Any, places),
+        zero=_First(0),
+        names=typing.cast(Any, places),
+        defaults=(None,) * most,
+        known=DIRECT,
+        marks=MARKS[0],
+        changed=tuple(MARKS[kind] for kind in changed_answers(similar)),
+        free=function,
+    )
+    made = _with_call(call)
+    made.entered = START
+    START.functions[name] = made
     return made
 
 

@@ -62,6 +62,11 @@ class Call(NamedTuple):
     """Those of `MARKS` of the answers that the command may change."""
     free: Any = None
     """The function of Python where it is no command."""
+    error: type[Exception] = error
+    """What scripts get as it was raised."""
+    integers: Any = None
+    short_integers: Any = None
+    """NumPy's types of 64 and 32 bits."""
 
 
 def open_to_machine_code(number: int, client: Any) -> None:
@@ -81,6 +86,8 @@ def close_to_machine_code(number: int) -> None:
 
 def call_of(command: Callable[..., Any], names: tuple[str, ...], defaults: tuple[Any, ...]) -> Call:
     """Return what the machine code needs to call a command."""
+    import numpy as np  # loaded by now, in parts (`load_numpy`)
+
     name = command.__name__
     return Call(
         clients=DIRECT,
@@ -93,6 +100,8 @@ def call_of(command: Callable[..., Any], names: tuple[str, ...], defaults: tuple
         known=kept_answers() if name in KEPT_ANSWERS else DIRECT,
         marks=MARKS[KEPT_ANSWERS.get(name, 0)],
         changed=tuple(MARKS[kind] for kind in changed_answers(name)),
+        integers=np.int64,
+        short_integers=np.int32,
     )
 
 

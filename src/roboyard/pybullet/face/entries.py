@@ -3,7 +3,8 @@
 A public function of a command is a function of Python that looks up the client and calls a method of it. Its
 built-in enters this machine code instead after many calls, see `direct_calls`: that gives the command its
 client and all arguments in their places, keywords and defaults, too. All that it does not know (a keyword of
-another name, another kind of client) goes to the public function, which knows all rules and errors.
+another name, another kind of client) goes to the public function, which knows all rules and errors. Integers
+of NumPy become Python's, which everything behind it reads faster.
 
 Answers that change only when bodies, constraints or user data do are kept, by the arguments, until a command
 is called that may change these. The first of a kind after such a command is not kept: programs that read one
@@ -20,6 +21,7 @@ from roboyard.native.signatures import EntrySignature
 SOURCE = f"""
 KIND, SIZE, ITEMS, CONTENT = 1, 2, 3, 2  # of any object, tuples and cells, in words
 CLIENTS, COMMAND, FAILURE, CLIENT, ZERO, NAMES, DEFAULTS, KNOWN, MARKS, CHANGED = range(3, 13)
+ERROR, LONG, SHORT = range(14, 17)  # after the function of Python
 MARK, LAST = range(2)  # of a list of marks
 
 @part
@@ -89,12 +91,32 @@ def fill(passed, count, total, names, defaults):
             passed[place + 1] = word(defaults, ITEMS + place - missing)
     return True
 
-def entry(callee, given, count, keywords):
+@part
+def plain_numbers(call, passed, total):
+    made, long, short = 0, word(call, LONG), word(call, SHORT)
+    for place in range(1, total + 1):
+        kind = word(passed[place], KIND)
+        if kind == long or kind == short:
+            passed[place] = PyLong_FromLongLong(PyLong_AsLongLong(passed[place]))
+            made |= 1 << place
+    return made
+
+@part
+def give_up(made, passed, total):
+    for place in range(1, total + 1):
+        if made & (1 << place) != 0:
+            Py_DecRef(passed[place])
+
+def entry(callee, given, all_given, keywords):
+    count = all_given
     call = word(word(PyFunction_GetClosure(callee), ITEMS), CONTENT)
     clients, names, zero = word(call, CLIENTS), word(call, NAMES), word(call, ZERO)
     changed = word(call, CHANGED)
-    passed, number, total = words(), zero, count
-    fits = count <= word(names, SIZE)
+    passed, number = words(), zero
+    if count == word(names, SIZE) + 1:  # the last one is the client's number
+        number, count = given[count - 1], count - 1
+    total = count
+    fits = count <= word(names, SIZE) and word(number, KIND) == word(zero, KIND)
     if fits:
         for place in range(count):
             passed[place + 1] = given[place]
@@ -102,10 +124,10 @@ def entry(callee, given, count, keywords):
         for place in range(count, word(names, SIZE)):
             passed[place + 1] = 0
         for place in range(word(keywords, SIZE)):
-            name, value = word(keywords, ITEMS + place), given[count + place]
+            name, value = word(keywords, ITEMS + place), given[all_given + place]
             if name == word(call, CLIENT):
+                fits = fits and count == all_given and word(value, KIND) == word(zero, KIND)
                 number = value
-                fits = fits and word(number, KIND) == word(zero, KIND)
             else:
                 at = place_of(name, names)
                 fits = fits and at >= count
@@ -114,7 +136,9 @@ def entry(callee, given, count, keywords):
                     total = max(total, at + 1)
     fits = fits and fill(passed, count, total, names, word(call, DEFAULTS))
     fits = fits and total >= word(names, SIZE) - word(word(call, DEFAULTS), SIZE)
-    key = 0
+    key = made = 0
+    if fits:
+        made = plain_numbers(call, passed, total)
     if word(call, KNOWN) != clients and fits:
         key = key_of(passed, total, number, zero, word(call, CLIENT))
         if key != 0:
@@ -122,18 +146,20 @@ def entry(callee, given, count, keywords):
             if result != 0:
                 Py_IncRef(result)
                 Py_DecRef(key)
+                if made != 0:
+                    give_up(made, passed, total)
                 return result
     client = found(clients, number) if fits else 0
     Py_IncRef(call)  # the command may replace it
     forget(changed)
     if client == 0:
-        result = PyObject_Vectorcall(callee, given, count, keywords)
+        result = PyObject_Vectorcall(callee, given, all_given, keywords)
     else:
         passed[0] = client
         Py_IncRef(client)
         result = PyObject_Vectorcall(word(call, COMMAND), passed, total + 1, 0)
         Py_DecRef(client)
-        if result == 0:
+        if result == 0 and PyErr_Occurred() != word(call, ERROR):
             kind, value, trace = words(), words(), words()
             PyErr_Fetch(kind, value, trace)
             PyErr_NormalizeException(kind, value, trace)
@@ -143,10 +169,12 @@ def entry(callee, given, count, keywords):
             result = PyObject_Vectorcall(word(call, FAILURE), value, 1, 0)
             Py_DecRef(kind[0])
             Py_DecRef(value[0])
-        elif key != 0:
+        elif key != 0 and result != 0:
             keep(call, key, result)
     if key != 0:
         Py_DecRef(key)
+    if made != 0:
+        give_up(made, passed, total)
     forget(changed)
     Py_DecRef(call)
     return result

@@ -204,6 +204,19 @@ def prepare_restitution(record: BodyRecord, link: int) -> None:
         )
 
 
+def prepare_anchor(record: BodyRecord, link: int) -> None:
+    """Note where it is written whether friction anchors a link: its state, and what the World has.
+
+    Between them is a function that lets the World compile, None where it has compiled.
+    """
+    known: Any = record.body.world.prepared.get(KIND)
+    if known is not None:
+        world = record.body.world
+        places = world.surfaces.anchor_places(record.body.links[link + 1])
+        note = world.takes_numbers if world.is_stale else None
+        known["anchor", record.number, link] = record.links[link + 1], world.surfaces, note, *places
+
+
 def prepare_compliance(record: BodyRecord, link: int) -> None:
     """Let machine code change contact stiffness and damping of a link."""
     if not _is_due(record, link, "contactStiffness"):

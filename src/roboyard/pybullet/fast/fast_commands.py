@@ -65,6 +65,19 @@ def replace_motors() -> None:
         _replace(name, MOTORS, "motors", words)
 
 
+def replace_old_motors(function: Callable[..., Any], kp: float) -> None:
+    """Replace setJointMotorControl, which no table has.
+
+    Args:
+        function: of the client and the arguments.
+        kp: gain of positions, where setJointMotorControl2 is given none.
+    """
+    from roboyard.pybullet.fast.old_motor_entries import OLD, OldMotorState
+
+    state = OldMotorState(function, START.replaced, kp)
+    replace("setJointMotorControl", OLD, state, function)
+
+
 def replace_joints() -> None:
     """Replace resetJointState and its forms for joints of any kind."""
     from roboyard.pybullet.fast.joint_entries import JOINTS
@@ -354,15 +367,18 @@ def _replace(name: str, front: Front, kind: str, words: tuple[Any, ...], *, one:
     replace(name, front, (COMMANDS[name].function, PREPARED[kind], None, True, one, *words))
 
 
-def replace(name: str, front: Front, state: tuple[Any, ...]) -> None:
+def replace(
+    name: str, front: Front, state: tuple[Any, ...], command: Callable[..., Any] | None = None
+) -> None:
     """Replace a command by stored machine code after a few calls; compile it after many without any.
 
     Args:
         name: of the command.
         front: its entry.
         state: of the entry.
+        command: the function of the command, if it is not that of the table.
     """
-    function, calls = COMMANDS[name].function, count(1)
+    function, calls = command or COMMANDS[name].function, count(1)
 
     def load() -> None:
         address = front.address()

@@ -129,8 +129,8 @@ def is_found(state, body, link):
 
 def entry(state, given, count, keywords):
     if keywords == 0 and (count == 2 or count == 3):
-        body, one = prepared(state, given[0], given[1]), word(state, ONE)
-        if body != 0 and (count == 2 or word(given[2], KIND) == word(one, KIND)):
+        body = prepared(state, given[0], given[1])
+        if body != 0:
             link = whole(given[2]) if count == 3 else -1
             if -1 <= link < PyLong_AsLongLong(word(body, LAST)) and is_found(state, body, link):
                 out = numbers(word(body, OUT))

@@ -27,11 +27,12 @@ class FilterState(NamedTuple):
     alone: str = "alone"
     last_step: str = "last_step"
     filtered: str = "filtered"
+    changes: str = "changes"
 
 
 _SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
-COMMAND, NONE, WHOLE, SCENE, FILTERS, GROUPS, ALONE, LAST_STEP, FILTERED = range(3, 12)
+COMMAND, NONE, WHOLE, SCENE, FILTERS, GROUPS, ALONE, LAST_STEP, FILTERED, CHANGES = range(3, 13)
 {parts(ATTRIBUTE, FOUND)}
 @part
 def has_64_bits(value):
@@ -80,6 +81,9 @@ def is_set(state, given):
             if moving and meets_static(group, mask) == meets_static(old_group, old_mask):
                 new = pair(given[3], given[4])
                 PyDict_SetItem(groups, place, new)
+                Py_DecRef(new)
+                new = PyLong_FromLongLong(PyLong_AsLongLong(attribute(filters, word(state, CHANGES))) + 1)
+                PyObject_SetAttr(filters, word(state, CHANGES), new)
                 Py_DecRef(new)
                 done = True
     Py_DecRef(place)

@@ -209,6 +209,24 @@ LINE = Front(line_call, EntrySignature(_LINE))
 
 _TEXT = f"""{_ITEM}
 @part
+def turn(state, values):
+    if values == word(state, NONE):
+        Py_IncRef(values)
+        return values
+    if not has_length(values, 4):
+        return 0
+    x, y, z, w = item(values, 0), item(values, 1), item(values, 2), item(values, 3)
+    total = x + y + z + w
+    if total - total != 0.0:
+        return 0
+    made = PyTuple_New(4)
+    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
+    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
+    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
+    PyTuple_SetItem(made, 3, PyFloat_FromDouble(w))
+    return made
+
+@part
 def text(state, given, count):
     if word(given[1], KIND) != word(word(state, TEXT), KIND):
         return 0
@@ -221,12 +239,15 @@ def text(state, given, count):
     elif position != 0:
         color = word(state, WHITE)
         Py_IncRef(color)
-    ending = end_of(state, given, count, 5) if color != 0 else 0
+    turned = turn(state, given[6] if count > 6 else word(state, NONE)) if color != 0 else 0
+    ending = end_of(state, given, count, 5) if turned != 0 else 0
     if ending == 0:
         if position != 0:
             Py_DecRef(position)
         if color != 0:
             Py_DecRef(color)
+        if turned != 0:
+            Py_DecRef(turned)
         return 0
     made = PyTuple_New(7)
     Py_IncRef(given[1])
@@ -234,16 +255,13 @@ def text(state, given, count):
     PyTuple_SetItem(made, 1, position)
     PyTuple_SetItem(made, 2, color)
     PyTuple_SetItem(made, 3, PyFloat_FromDouble(size))
-    Py_IncRef(word(state, NONE))
-    PyTuple_SetItem(made, 4, word(state, NONE))
+    PyTuple_SetItem(made, 4, turned)
     set_parent(state, made, 5, given, count, 7)
     PyTuple_SetItem(made, 6, ending)
     return made
 
 def entry(state, given, count, keywords):
     fits = keywords == 0 and 3 <= count <= 10
-    if count > 6:
-        fits = fits and given[6] == word(state, NONE)
     fits = fits and has_parent(state, given, count, 7)
     if count > 9:
         fits = fits and word(given[9], KIND) == word(word(state, PARENT), KIND)

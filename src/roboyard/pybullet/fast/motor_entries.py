@@ -1,8 +1,9 @@
 """Commands of motors as machine code; see `fast_entries`.
 
 One motor takes numbers or lists of one number, several take lists of numbers or of lists of one. A largest
-impulse that is another than before is written to the World and to MuJoCo's arrays at once. What switches a
-motor on or off, and a motor of which the impulse is not known, goes to the Python functions.
+impulse that is another than before is written to the World and to MuJoCo's arrays at once; a function of
+Python notes what is switched on or off. A motor of which the impulse is not known goes to the Python
+functions.
 """
 
 from __future__ import annotations
@@ -18,8 +19,10 @@ COMMAND, PREPARED, NONE, TRUE, ONE, PENDING, TIME_STEP, FORM, UNSET, TORQUES, IN
 WRENCHES, EFFORTS, DOFS, ROOM = range(3, 7)  # for torques
 FLAT, NESTED, SINGLE, PLAIN = range(4)  # lists of numbers, of lists of one, lists of one number, numbers
 COMMANDS, PARAMETERS, MOTORS, TARGETS, ROWS, LIMITS, IMPULSES, READ, FORCE = range(3, 12)
-BOUNDS, FRICTIONS, RATE = range(12, 15)
+BOUNDS, FRICTIONS, RATE, SWITCH = range(12, 16)
+FIXED = -2  # instead of a degree of freedom
 JOINT, POSITION, VELOCITY, LIMIT, KP, KD, FASTEST = range(7)
+NOT_DONE, DONE, FAILED = range(3)
 
 @part
 def number_in(values, k, is_nested):
@@ -72,35 +75,38 @@ def read(given, count, state, length, defaults, table, joints, is_nested):
 """
 _TORQUES = """
 @part
-def read_torques(given, length, room, joints, is_plain):
+def read_torques(given, length, room, dofs, form):
     total = 0.0
     for k in range(length):
-        index = whole(given[2]) if is_plain else whole_item(given[2], k)
-        if index < 0 or index >= joints:
+        index = whole_item(given[2], k) if form < SINGLE else whole(given[2])
+        if index < 0 or index >= len(dofs):
             return False
-        room[k, 0], room[k, 1] = index, number(given[6]) if is_plain else item(given[6], k)
+        if (form == NESTED or form == SINGLE) and dofs[index] < 0 and dofs[index] != FIXED:
+            return False
+        room[k, 0] = index
+        room[k, 1] = number(given[6]) if form == PLAIN else number_in(given[6], k, form == NESTED)
         total += room[k, 1]
     return total - total == 0.0
 
 @part
-def add_torques(state, given, count, is_plain):
+def add_torques(state, given, count, form):
     for place in (4, 5, 7, 8):
-        if not is_plain and place < count and given[place] != word(state, NONE):
+        if form != PLAIN and place < count and given[place] != word(state, NONE):
             return False
     bodies = found(word(state, TORQUES), given[0])
     body, length = found(bodies, given[1]) if bodies != 0 else 0, 1
     if body == 0:
         return False
-    if not is_plain:
+    if form < SINGLE:
         length = PySequence_Size(given[2])
         if length < 0:
             PyErr_Clear()
-        if length < 1 or not has_length(given[6], length):
-            return False
+    if length < 1 or (form != PLAIN and not has_length(given[6], length)):
+        return False
     room, dofs = matrix(word(body, ROOM)), integers(word(body, DOFS))
     efforts, wrenches = numbers(word(body, EFFORTS)), word(body, WRENCHES)
     Py_IncRef(body)
-    fits = length <= len(room) and read_torques(given, length, room, len(dofs), is_plain)
+    fits = length <= len(room) and read_torques(given, length, room, dofs, form)
     if fits:
         for k in range(length):
             dof = dofs[np.int64(room[k, 0])]
@@ -113,9 +119,18 @@ def add_torques(state, given, count, is_plain):
 _MOTORS = f"""{_READ}{_TORQUES}
 @part
 def is_known(limit, impulse, known):
-    if known > 0.0:
-        return impulse > 0.0
-    return known == 0.0 and limit == 0.0  # switched off already
+    return known >= 0.0 and (impulse > 0.0 or limit == 0.0)
+
+@part
+def switch(state, body, joint, is_off):
+    passed, index = words(), PyLong_FromLongLong(joint)
+    passed[0], passed[1] = index, word(state, TRUE if is_off else NONE)
+    done = PyObject_Vectorcall(word(body, SWITCH), passed, 2, 0)
+    Py_DecRef(index)
+    if done == 0:
+        return False
+    Py_DecRef(done)
+    return True
 
 @part
 def fits_table(state, body, table, rows, length, seconds, form):
@@ -156,11 +171,14 @@ def write(state, body, table, rows, length, mode, seconds):
             kp, fastest = table[k, KP], max(table[k, FASTEST], 0.0)
         _loop(motors, targets, row, mode, goal, table[k, VELOCITY], kp, table[k, KD], fastest)
         impulse = table[k, LIMIT] * seconds
+        if (impulse == 0.0) != (impulses[joint] == 0.0) and not switch(state, body, joint, impulse == 0.0):
+            return False
         if impulse != impulses[joint]:
             write_bound(body, joint, row, impulse)
             is_bound = True
     if is_bound:
         PyObject_SetAttr(word(body, COMMANDS), word(state, IN_USE), word(state, NONE))
+    return True
 
 @part
 def command(state, body, given, count, mode, form):
@@ -170,42 +188,41 @@ def command(state, body, given, count, mode, form):
         if length < 0:
             PyErr_Clear()
     if (mode != 0 or form == NESTED or form == SINGLE) and mode != 2:
-        return False
+        return NOT_DONE
     table, rows = matrix(word(body, READ)), integers(word(body, ROWS))
     if length < 1 or length > len(table):
-        return False
+        return NOT_DONE
     for place in range(4, count if form < SINGLE else 4):
         if given[place] != word(state, NONE) and not has_length(given[place], length):
-            return False
+            return NOT_DONE
     defaults = (0.0, 0.0, 0.0, PyFloat_AsDouble(word(body, FORCE)), 0.1, 1.0, 0.0)
     if form < SINGLE:
         if not read(given, count, state, length, defaults, table, len(rows), form == NESTED):
-            return False
+            return NOT_DONE
     else:
         index = whole(given[2])
         if index < 0 or index >= len(rows):
-            return False
+            return NOT_DONE
         table[0, JOINT], table[0, FASTEST] = index, 0.0
         if form == PLAIN:
             read_plain(given, count, defaults, table)
         elif not read_one(given, count, state, defaults, table):
-            return False
+            return NOT_DONE
     time_step = attribute(word(body, PARAMETERS), word(state, TIME_STEP))
     pending = attribute(word(body, COMMANDS), word(state, PENDING))
     if time_step == 0 or pending == 0 or PyDict_Size(pending) != 0:
-        return False
+        return NOT_DONE
     seconds = PyFloat_AsDouble(time_step)
     if not fits_table(state, body, table, rows, length, seconds, form):
-        return False
-    write(state, body, table, rows, length, mode, seconds)
-    return True
+        return NOT_DONE
+    return DONE if write(state, body, table, rows, length, mode, seconds) else FAILED
 
 def entry(state, given, count, keywords):
     fits = keywords == 0 and count >= 4 and word(given[3], KIND) == word(word(state, ONE), KIND)
     mode, form = whole(given[3]) if fits else -1, PyLong_AsLongLong(word(state, FORM))
     if mode == 1:
-        fits = 7 <= count <= (10 if form == PLAIN else 9) and (form == PLAIN or form == FLAT)
-        if fits and add_torques(state, given, count, form == PLAIN):
+        most = 10 if form == PLAIN else 9 if form == FLAT else 7
+        if 7 <= count <= most and add_torques(state, given, count, form):
             Py_IncRef(word(state, NONE))
             return word(state, NONE)
         fits = False
@@ -219,9 +236,11 @@ def entry(state, given, count, keywords):
         body = prepared(state, given[0], given[1])
         if body != 0:
             Py_IncRef(body)
-            is_done = command(state, body, given, count, mode, form)
+            done = command(state, body, given, count, mode, form)
             Py_DecRef(body)
-            if is_done:
+            if done == FAILED:
+                return 0
+            if done == DONE:
                 Py_IncRef(word(state, NONE))
                 return word(state, NONE)
     return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)

@@ -83,6 +83,8 @@ class Write(NamedTuple):
     """
     is_inertia: bool = False
     """Whether three numbers that are not the moments of a rigid body go to the function."""
+    among: dict[int, Any] | None = None
+    """Records by the first integer, of which the owner is one; it need not be looked up otherwise."""
 
 
 class Properties(NamedTuple):
@@ -125,7 +127,7 @@ KIND, SIZE, ITEMS = 1, 2, 3  # of any object and of tuples, in words
 COMMAND, CHANGES, LENGTHS, DEFAULTS, FIRST, RECORDS, PRESENT, SCENE = range(3, 11)
 NONE, WHOLE, NUMBER, LISTED, PREPARED, IGNORED, RANKS, BASE, REQUESTS, REQUEST_PLACES, PAIRED = range(11, 22)
 OWNER, NAME, FACTORS, TARGETS, PLACES, LEAST, OTHER, OTHER_NAME = range(3, 11)
-MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES, TURNS, IS_INERTIA = range(11, 22)
+MARKED, MARKS, LATE, KEY, WORTH, TRUE, MOST, ALSO, RISES, TURNS, IS_INERTIA, AMONG = range(11, 23)
 TUPLE = CHANGES
 {parts(PLAIN, ATTRIBUTE, FOUND, TRIPLE, NUMBER, ITEM, HAS_LENGTH, NUMBER_IN)}
 @part
@@ -200,12 +202,48 @@ def record_of(state, given):
     return found(records, given[1]) if records != 0 else 0
 
 @part
-def four(x, y, z, w):
+def float_of(state, x):
+    if x == 0.0 and 1.0 / x > 0.0:  # the most frequent number
+        Py_IncRef(word(state, NUMBER))
+        return word(state, NUMBER)
+    return PyFloat_FromDouble(x)
+
+@part
+def taken(state, values, place, x):
+    kind, value = word(values, KIND), 0
+    if kind == word(word(state, LISTED), KIND):
+        value = word(word(values, ITEMS), place)
+    elif kind == word(word(state, CHANGES), KIND):
+        value = word(values, ITEMS + place)
+    if value == 0 or word(value, KIND) != word(word(state, NUMBER), KIND):
+        return float_of(state, x)
+    Py_IncRef(value)
+    return value
+
+@part
+def three_of(state, values, x, y, z):
+    made = PyTuple_New(3)
+    PyTuple_SetItem(made, 0, taken(state, values, 0, x))
+    PyTuple_SetItem(made, 1, taken(state, values, 1, y))
+    PyTuple_SetItem(made, 2, taken(state, values, 2, z))
+    return made
+
+@part
+def four_of(state, values, x, y, z, w):
     made = PyTuple_New(4)
-    PyTuple_SetItem(made, 0, PyFloat_FromDouble(x))
-    PyTuple_SetItem(made, 1, PyFloat_FromDouble(y))
-    PyTuple_SetItem(made, 2, PyFloat_FromDouble(z))
-    PyTuple_SetItem(made, 3, PyFloat_FromDouble(w))
+    PyTuple_SetItem(made, 0, taken(state, values, 0, x))
+    PyTuple_SetItem(made, 1, taken(state, values, 1, y))
+    PyTuple_SetItem(made, 2, taken(state, values, 2, z))
+    PyTuple_SetItem(made, 3, taken(state, values, 3, w))
+    return made
+
+@part
+def four(state, x, y, z, w):
+    made = PyTuple_New(4)
+    PyTuple_SetItem(made, 0, float_of(state, x))
+    PyTuple_SetItem(made, 1, float_of(state, y))
+    PyTuple_SetItem(made, 2, float_of(state, z))
+    PyTuple_SetItem(made, 3, float_of(state, w))
     return made
 
 @part
@@ -235,8 +273,8 @@ def requested_value(state, value, length):
         return PyFloat_FromDouble(single(state, value))
     x, y, z = number_in(state, value, 0), number_in(state, value, 1), number_in(state, value, 2)
     if length == 3:
-        return triple(x, y, z)
-    return four(x, y, z, number_in(state, value, 3))
+        return three_of(state, value, x, y, z)
+    return four_of(state, value, x, y, z, number_in(state, value, 3))
 
 @part
 def request_change(state, given, count, first, request):
@@ -266,7 +304,7 @@ def is_present(state, record, at, value, length):
     return True
 
 @part
-def write_of(state, given, first, at):
+def writes_of(state, given, first):
     writes = word(state, PREPARED)
     if writes == word(state, NONE):
         return 0
@@ -274,8 +312,26 @@ def write_of(state, given, first, at):
         writes = found(writes, given[place])
         if writes == 0:
             return 0
+    return writes
+
+@part
+def write_of(state, writes, at):
+    if writes == 0:
+        return 0
     write = word(word(writes, ITEMS), at - ITEMS)  # of a list
     return 0 if write == word(state, NONE) else write
+
+@part
+def record_of_write(state, writes, given, count, first):
+    for place in range(first, count):
+        at = ITEMS + place - first
+        if is_given(state, given, count, place, at):
+            write = write_of(state, writes, at)
+            if write == 0 or word(write, AMONG) == word(state, NONE):
+                return 0
+            owner = word(write, OWNER)
+            return owner if found(word(write, AMONG), given[1]) == owner else 0
+    return 0
 
 @part
 def output(factors, row, x, y, z):
@@ -326,7 +382,7 @@ def is_written(state, write, value, length):
         target, places = numbers(word(targets, ITEMS + t)), integers(word(word(write, PLACES), ITEMS + t))
         for k in range(len(places)):
             target[k] = output(factors, places[k], x, y, z)
-    made = triple(x, y, z) if length > 2 else PyFloat_FromDouble(x)
+    made = three_of(state, value, x, y, z) if length > 2 else PyFloat_FromDouble(x)
     PyObject_SetAttr(word(write, OWNER), word(write, NAME), made)
     also = word(write, ALSO)
     for k in range(0, word(also, SIZE), 2):
@@ -359,14 +415,16 @@ def is_turned(state, write, value):
     size = np.sqrt(x * x + y * y + z * z + w * w)
     if not size > 0.0 or size - size != 0.0:
         return False
-    made = four(x, y, z, w)
+    made, is_unit = four_of(state, value, x, y, z, w), size == 1.0
     PyObject_SetAttr(word(write, OWNER), word(write, NAME), made)
-    Py_DecRef(made)
     if size != 1.0:
         x, y, z, w = x / size, y / size, z / size, w / size
-    size = np.sqrt(x * x + y * y + z * z + w * w)
-    x, y, z, w = x / size, y / size, z / size, w / size
-    made = four(x, y, z, w)
+        size = np.sqrt(x * x + y * y + z * z + w * w)
+        if size != 1.0:
+            x, y, z, w = x / size, y / size, z / size, w / size
+    if not is_unit:
+        Py_DecRef(made)
+        made = four(state, x, y, z, w)
     PyObject_SetAttr(word(write, OTHER), word(write, OTHER_NAME), made)
     Py_DecRef(made)
     targets = word(write, TARGETS)
@@ -376,12 +434,12 @@ def is_turned(state, write, value):
     return True
 
 @part
-def is_done(state, given, first, at, record, value, length):
+def is_done(state, writes, at, record, value, length):
     if record != 0 and is_present(state, record, at, value, length):
         return True
     if length > 4 or (record == 0 and word(state, RECORDS) != word(state, NONE)):
         return False
-    write = write_of(state, given, first, at)
+    write = write_of(state, writes, at)
     if write == 0:
         return False
     if word(write, OWNER) != record and is_known(state, write, value, length):
@@ -410,7 +468,15 @@ def entry(state, given, count, keywords):
     fits = keywords == 0 and first < count <= first + word(word(state, CHANGES), SIZE)
     if not fits or not accepts(state, given, count, first):
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
-    record = record_of(state, given)
+    passed = words()
+    for place in range(first):
+        passed[place] = given[place]
+    if is_of_base(state, given, count, first):
+        passed[first - 1] = word(state, BASE)
+    writes = writes_of(state, passed, first)
+    record = record_of_write(state, writes, given, count, first) if writes != 0 else 0
+    if record == 0:
+        record = record_of(state, given)
     request = request_of(state, given) if record == 0 else 0
     if request != 0:
         if not can_be_requested(state, given, count, first):
@@ -418,11 +484,6 @@ def entry(state, given, count, keywords):
         request_change(state, given, count, first, request)
         Py_IncRef(word(state, NONE))
         return word(state, NONE)
-    passed = words()
-    for place in range(first):
-        passed[place] = given[place]
-    if is_of_base(state, given, count, first):
-        passed[first - 1] = word(state, BASE)
     place = first
     while place < count:
         at = ITEMS + place - first
@@ -446,7 +507,7 @@ def entry(state, given, count, keywords):
             Py_IncRef(second)
             PyTuple_SetItem(value, 1, second)
             place += 1
-        if not is_done(state, passed, first, at, record, value, length):
+        if not is_done(state, writes, at, record, value, length):
             if length > 0:
                 made = PyTuple_New(length)
                 for k in range(length):
@@ -459,6 +520,7 @@ def entry(state, given, count, keywords):
                 Py_DecRef(value)
                 return 0
             Py_DecRef(done)
+            writes = writes_of(state, passed, first)  # the function may prepare others
         Py_DecRef(value)
     Py_IncRef(word(state, NONE))
     return word(state, NONE)

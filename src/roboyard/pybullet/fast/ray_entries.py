@@ -1,8 +1,8 @@
-"""rayTest and rayTestBatch as machine code, for rays in lists that meet all shapes; see `fast_entries`.
+"""rayTest and rayTestBatch as machine code, for rays in lists; see `fast_entries`.
 
 It reads the points into arrays, brings those that move with a link to the world, calls a compiled loop that
-finds the first shape of each ray, and makes tuples of what that has written. Anything else, such as a filter
-or an array of points, goes to the Python functions.
+finds the first shape of each ray, and makes tuples of what that has written. Anything else, such as an array
+of points or groups of links that have changed since, goes to the Python functions.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from roboyard.native.entry_parts import PLAIN, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.fast_entries import PARTS
+from roboyard.pybullet.fast.ray_masks import LARGEST_MASK
 
 
 class RayState(NamedTuple):
@@ -31,18 +32,19 @@ class RayState(NamedTuple):
     number: float = 0.0
     listed: list[Any] = []  # noqa: RUF012 - of which the type is read
     moved: str = "is_moved"
-    groups: str = "groups"
+    changes: str = "changes"
     base: int = -1
     """Link with which rays move by default."""
     miss: tuple[Any, ...] = (-1, -1, 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 _SOURCE = f"""{PARTS}
-COMMAND, PREPARED, IS_BATCH, NONE, TRUE, WHOLE, ONE, NUMBER, LISTED, MOVED, GROUPS = range(3, 14)
+COMMAND, PREPARED, IS_BATCH, NONE, TRUE, WHOLE, ONE, NUMBER, LISTED, MOVED, CHANGES = range(3, 14)
 BASE, MISS = range(14, 16)
 WORLD, FILTERS, UPDATE, LOOP, SHAPES, MOST, STARTS, ENDS, GEOMS, HITS, OWNERS, RANKS, LIST = range(3, 16)
-CARRY, CHAIN, PARENTS = range(16, 19)
+CARRY, CHAIN, PARENTS, CHANGED = range(16, 20)
 FRAMES, ROWS = range(3, 5)  # of a parent
+LARGEST_MASK = {LARGEST_MASK}
 {parts(PLAIN)}
 @part
 def first_of(state, values, length):
@@ -84,18 +86,31 @@ def rays_in(state, scene, given):
     return count
 
 @part
-def has_defaults(state, given, count):
+def are_numbers(state, given, count):
     is_batch = word(state, IS_BATCH) == word(state, TRUE)
     for place in range(3, count):
         kind = word(given[place], KIND)
-        if is_batch and place == 8 and kind == word(word(state, NUMBER), KIND):
-            continue
-        if kind != word(word(state, WHOLE), KIND):
-            return False
-        is_free = place == 4 or (is_batch and (place == 3 or place == 5 or place == 6 or place == 8))
-        if not is_free and plain(state, given[place]) != -1.0:
+        is_share = is_batch and place == 8 and kind == word(word(state, NUMBER), KIND)
+        if not is_share and kind != word(word(state, WHOLE), KIND):
             return False
     return True
+
+@part
+def prepared_for(state, given, count, wanted):
+    place, mask = 7 if word(state, IS_BATCH) == word(state, TRUE) else 3, -1
+    if place < count:
+        mask = PyLong_AsLongLong(given[place])
+        if mask == -1 and PyErr_Occurred() != 0:
+            PyErr_Clear()
+            return 0
+    if mask == -1:
+        return prepared(state, given[0], word(state, WHOLE if wanted == 0 else ONE))
+    if abs(mask) > LARGEST_MASK:
+        return 0
+    key = PyLong_FromLongLong(2 * (mask + 1) + (0 if wanted == 0 else 1))  # `key_of`
+    scene = prepared(state, given[0], key)
+    Py_DecRef(key)
+    return scene
 
 @part
 def are_carried(state, scene, given, count, rays):
@@ -172,13 +187,14 @@ def is_cast(state, scene, rays, wanted):
 def entry(state, given, count, keywords):
     fits = keywords == 0 and 3 <= count <= (9 if word(state, IS_BATCH) == word(state, TRUE) else 5)
     scene = wanted = 0
-    if fits and has_defaults(state, given, count):
+    if fits and are_numbers(state, given, count):
         wanted = number_of(state, given, count)
-        scene = prepared(state, given[0], word(state, WHOLE if wanted == 0 else ONE))
+        scene = prepared_for(state, given, count, wanted)
     if scene != 0:
-        groups = attribute(word(scene, FILTERS), word(state, GROUPS))
+        changes = attribute(word(scene, FILTERS), word(state, CHANGES))
         Py_IncRef(scene)
-        rays = rays_in(state, scene, given) if groups != 0 and PyDict_Size(groups) == 0 else 0
+        is_same = changes != 0 and PyLong_AsLongLong(changes) == PyLong_AsLongLong(word(scene, CHANGED))
+        rays = rays_in(state, scene, given) if is_same else 0
         if rays > 0 and not are_carried(state, scene, given, count, rays):
             rays = 0
         if rays > 0 and is_cast(state, scene, rays, wanted):

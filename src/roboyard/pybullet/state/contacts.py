@@ -89,6 +89,10 @@ def _copied(world: Any, count: int, places: np.ndarray, reaches: np.ndarray) -> 
     )
 
 
+_FEW = 8
+"""Contacts for which there is room where there are none yet."""
+
+
 def _room(count: int) -> tuple[np.ndarray, np.ndarray]:
     return np.empty((count, kernels().NUMBERS)), np.empty((count, 4), np.int64)
 
@@ -374,10 +378,13 @@ class LastStep:
 
     def prepare(self) -> None:
         """Let machine code list the contacts of steps, where they are in arrays that stay."""
-        scene, known = self._scene, self._listed
+        scene = self._scene
         world = scene.world
         prepared, places = world.prepared.get("contacts"), self.places()
-        if prepared is None or known is None or world.is_stale or places is None:
+        if prepared is None or world.is_stale or places is None:
+            return
+        known = self._listed or self.listed(places, _FEW)
+        if known is None:
             return
         arrays, bundle = known
         if (

@@ -57,6 +57,8 @@ class PairFilters:
         self._world, self._bodies = world, bodies
         self.groups: dict[Place, tuple[int, int]] = {}
         """Group and mask of links for which scripts gave them."""
+        self.changes = 0
+        """How often `groups` has changed."""
         self.alone: int | None = None
         """The body of all links in `groups`, if these are of one, whose own links do not touch."""
         self._filtered: set[int] = set()
@@ -94,6 +96,7 @@ class PairFilters:
         if self.groups.get(place) == given:
             return
         self.groups[place] = given
+        self.changes += 1
         if place[0] not in self._filtered:
             self._filtered.add(place[0])
             self._find_alone()
@@ -170,6 +173,7 @@ class PairFilters:
         self._taken_for_static = {place for place in self._taken_for_static if place[0] != body}
         self._self_colliding.discard(body)
         self.groups = {place: given for place, given in self.groups.items() if place[0] != body}
+        self.changes += 1
         self._filtered.discard(body)
         self._find_alone()
         self._pairs = {pair: on for pair, on in self._pairs.items() if body not in (pair[0][0], pair[1][0])}

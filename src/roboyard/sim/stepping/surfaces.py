@@ -15,6 +15,7 @@ from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link
+from roboyard.sim.protocols import AnchorPlaces
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.impulses.records import Surface
 from roboyard.sim.stepping.shape_forms import ShapeForms, no_forms
@@ -212,6 +213,15 @@ class Surfaces:
             for row in link.geom_ids:
                 self.anchors[row] = is_anchored
 
+    def anchor_places(self, link: Link) -> AnchorPlaces:
+        """Return where it is noted whether a link is anchored: keys, its own, (ngeom,) anchors, its rows.
+
+        They are valid until MuJoCo's arrays, or `anchors`, are others.
+        """
+        is_old = self._world.is_stale or self._restitution_rows is None
+        rows = [] if is_old else [geom.id for geom in link._built.geoms]
+        return self._anchored, (link.body.id, link.index), self.anchors, rows
+
     def damping_of_all(self, model: Any, data: Any) -> np.ndarray:
         """Return (nbody, 4) linear k and q, angular k and q of all links; see `damping`."""
         if self._damping_rows is None or self._restitution_rows is None:
@@ -250,10 +260,13 @@ class Surfaces:
         values = (linear, linear_quadratic, angular, angular_quadratic)
         if not all(0.0 <= value < inf for value in values):
             raise RoboyardError(f"link {link.name!r}: damping must be at least 0, got {values}")
+        is_known = (link.body.id, link.index) in self._damping
         if not _store(self._damping, link, values):
             return
         if self._damping_rows is not None and self._world.takes_numbers():
             self._damping_rows[link.body.mujoco_ids[link.index]] = values
+            if is_known:
+                return  # as a step knows the rows
         if not self._world.is_stale:  # a compile does so
             self._world.refresh_stepping()
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
 from roboyard.description.model import (
     Box,
@@ -34,11 +35,13 @@ from roboyard.transforms import Array, multiply
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
 
+memory_meshes = lazy_module("roboyard.pybullet.api.shapes.memory_meshes")
+
 Vector = Sequence[float]
-_IDENTITY = (0.0, 0.0, 0.0, 1.0)
-_NOWHERE = (0.0, 0.0, 0.0)
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
+NOWHERE = (0.0, 0.0, 0.0)
 _ORIGIN = Pose()
-_UNIT = (1.0, 1.0, 1.0)
+UNIT = (1.0, 1.0, 1.0)
 _UP = (0.0, 0.0, 1.0)
 
 
@@ -62,11 +65,11 @@ def createCollisionShape(
     halfExtents: Vector | None = None,
     height: float = 1.0,
     fileName: str = "",
-    meshScale: Vector = (1.0, 1.0, 1.0),
+    meshScale: Vector = UNIT,
     planeNormal: Vector = (0.0, 0.0, 1.0),
     flags: int = 0,
-    collisionFramePosition: Vector = _NOWHERE,
-    collisionFrameOrientation: Vector = _IDENTITY,
+    collisionFramePosition: Vector = NOWHERE,
+    collisionFrameOrientation: Vector = IDENTITY,
     vertices: Sequence[Vector] | None = None,
     indices: Sequence[int] | None = None,
     heightfieldTextureScaling: float = 1.0,
@@ -160,8 +163,8 @@ def createCollisionShapeArray(
             None,
             "createCollisionShapeArray failed.",
         )
-        place = at(collisionFramePositions, i, _NOWHERE)
-        origin = pose_of(place, at(collisionFrameOrientations, i, _IDENTITY))
+        place = at(collisionFramePositions, i, NOWHERE)
+        origin = pose_of(place, at(collisionFrameOrientations, i, IDENTITY))
         shapes.append(Collision(geometry=geometry, origin=origin))
     return keep(client, tuple(shapes))
 
@@ -217,7 +220,7 @@ def plain_geometry(
     if kind == c.GEOM_BOX:
         if half_extents is None:
             raise failure(message, "a box needs halfExtents, got None")
-        x, y, z = vector3_or(half_extents, _UNIT)
+        x, y, z = vector3_or(half_extents, UNIT)
         return Box(size=(2 * x, 2 * y, 2 * z))
     if kind == c.GEOM_CAPSULE:
         return Capsule(radius=_positive(radius, "radius", message), length=number(length))
@@ -228,7 +231,7 @@ def plain_geometry(
     if kind == c.GEOM_PLANE:
         return Plane(normal=vector3_or(normal, _UP))
     if kind == c.GEOM_MESH:
-        return _mesh(client, file_name, vector3_or(mesh_scale, _UNIT), vertices, indices, message)
+        return _mesh(client, file_name, vector3_or(mesh_scale, UNIT), vertices, indices, message)
     raise failure(message, f"shape type {kind} is unknown; use GEOM_SPHERE, GEOM_BOX, GEOM_MESH, ...")
 
 
@@ -241,9 +244,7 @@ def _mesh(
     message: str,
 ) -> Mesh:
     if vertices is not None and len(vertices):
-        from roboyard.pybullet.api.shapes.memory_meshes import mesh_of
-
-        return Mesh(uri="", path=None, scale=scale, data=mesh_of(vertices, indices))
+        return Mesh(uri="", path=None, scale=scale, data=memory_meshes().mesh_of(vertices, indices))
     path = find_file(client.search.folder, text(file_name), client.mounts) if file_name else None
     if path is None:
         remedy = (
@@ -271,10 +272,10 @@ def rotated_terrain_frame(origin: Pose) -> Pose:
 
 def pose_of(position: Vector, orientation: Vector) -> Pose:
     """Return the pose that a script gives of a shape in its link's frame, with a unit quaternion."""
-    if position is _NOWHERE and orientation is _IDENTITY:
+    if position is NOWHERE and orientation is IDENTITY:
         return _ORIGIN
-    turn = _unit(quaternion_or(orientation, _IDENTITY))
-    return Pose(position=vector3_or(position, _NOWHERE), quaternion=turn)
+    turn = _unit(quaternion_or(orientation, IDENTITY))
+    return Pose(position=vector3_or(position, NOWHERE), quaternion=turn)
 
 
 @lru_cache(256)

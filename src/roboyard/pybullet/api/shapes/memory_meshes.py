@@ -53,8 +53,8 @@ def mesh_of(
     return TriangleMesh(
         vertices=points,
         faces=read_only(faces.reshape(-1, 3), np.int32),
-        normals=_per_vertex(normals, len(points), 3),
-        uv=_per_vertex(uvs, len(points), 2),
+        normals=None if normals is None else _per_vertex(normals, len(points), 3),
+        uv=None if uvs is None else _per_vertex(uvs, len(points), 2),
     )
 
 
@@ -79,8 +79,8 @@ def _hull(numbers: bytes) -> TriangleMesh:
     return TriangleMesh(vertices=read_only(corners, np.float64), faces=read_only(faces, np.int32))
 
 
-def _per_vertex(values: Sequence[Vector] | None, count: int, width: int) -> np.ndarray | None:
-    if values is None or len(values) != count:
+def _per_vertex(values: Sequence[Vector], count: int, width: int) -> np.ndarray | None:
+    if len(values) != count:
         return None
     made = finite_rows(values, width)
     if made is None:

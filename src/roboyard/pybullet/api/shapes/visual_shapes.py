@@ -23,7 +23,16 @@ from roboyard.description.model import (
     Sphere,
     Visual,
 )
-from roboyard.pybullet.api.shapes.collision_shapes import QUARTER_TURN, at, plain_geometry, pose_of
+from roboyard.pybullet.api.shapes.collision_shapes import (
+    IDENTITY,
+    NOWHERE,
+    QUARTER_TURN,
+    UNIT,
+    at,
+    memory_meshes,
+    plain_geometry,
+    pose_of,
+)
 from roboyard.pybullet.bullet_rules.shape_bounds import is_between_ends
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
 from roboyard.pybullet.face import constants as c
@@ -50,7 +59,6 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 _FAILED, _ARRAY_FAILED = "createVisualShape failed.", "createVisualShapeArray failed."
 _WHITE = (1.0, 1.0, 1.0, 1.0)
-_NOWHERE, _UNIT, _IDENTITY = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 1.0)
 _PLAIN = (c.GEOM_SPHERE, c.GEOM_BOX, c.GEOM_CYLINDER, c.GEOM_CAPSULE)
 _KNOWN: dict[Any, Visual] = {}
 """Visuals of plain shapes by what they were made of: programs make many of the same."""
@@ -73,13 +81,13 @@ def createVisualShape(
     halfExtents: Vector | None = None,
     length: float = 1.0,
     fileName: str = "",
-    meshScale: Vector = (1.0, 1.0, 1.0),
+    meshScale: Vector = UNIT,
     planeNormal: Vector = (0.0, 0.0, 1.0),
     flags: int = 0,
     rgbaColor: Vector = _WHITE,
     specularColor: Vector | None = None,
-    visualFramePosition: Vector = _NOWHERE,
-    visualFrameOrientation: Vector = _IDENTITY,
+    visualFramePosition: Vector = NOWHERE,
+    visualFrameOrientation: Vector = IDENTITY,
     vertices: Sequence[Vector] | None = None,
     indices: Sequence[int] | None = None,
     normals: Sequence[Vector] | None = None,
@@ -132,8 +140,8 @@ def createVisualShapeArray(
             at(meshScales, i, (1.0, 1.0, 1.0)),
             at(planeNormals, i, (0.0, 0.0, 1.0)),
             at(rgbaColors, i, _WHITE),
-            at(visualFramePositions, i, _NOWHERE),
-            at(visualFrameOrientations, i, _IDENTITY),
+            at(visualFramePositions, i, NOWHERE),
+            at(visualFrameOrientations, i, IDENTITY),
             message=_ARRAY_FAILED,
         )
         for i, kind in enumerate(shapeTypes)
@@ -175,7 +183,7 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
 def _reported_frame(shape: Collision | Visual) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return position (m) and orientation of a visual shape; Bullet has none for capsules between points."""
     if is_between_ends(shape):
-        return _NOWHERE, _IDENTITY
+        return NOWHERE, IDENTITY
     return tuple(shape.origin.position), own_orientation(shape)
 
 
@@ -247,7 +255,7 @@ def changeVisualShape(
     if rgbaColor is not None and len(rgbaColor) == 4:
         rgba = record.colors[linkIndex + 1] = quaternion(rgbaColor, "Error resetting visual shape info")
     fields: dict[str, Any] = {}
-    if specularColor is not None and vector3_or(specularColor, _NOWHERE) is not _NOWHERE:
+    if specularColor is not None and vector3_or(specularColor, NOWHERE) is not NOWHERE:
         r, g, b = vector3(specularColor, "")
         fields["specular"] = (r + g + b) / 3.0
     if whole(textureUniqueId) >= -1:
@@ -406,12 +414,10 @@ def _visual(
         path = find_file(client.search.folder, text(file_name), client.mounts)
         if path is None:
             return None
-        geometry: Geometry = Mesh(uri=file_name, path=path, scale=vector3_or(mesh_scale, _UNIT))
+        geometry: Geometry = Mesh(uri=file_name, path=path, scale=vector3_or(mesh_scale, UNIT))
     elif kind == c.GEOM_MESH and vertices is not None and len(vertices):
-        from roboyard.pybullet.api.shapes.memory_meshes import mesh_of
-
-        data = mesh_of(vertices, indices, normals, uvs)
-        geometry = Mesh(uri="", path=None, scale=vector3_or(mesh_scale, _UNIT), data=data)
+        data = memory_meshes().mesh_of(vertices, indices, normals, uvs)
+        geometry = Mesh(uri="", path=None, scale=vector3_or(mesh_scale, UNIT), data=data)
     else:
         geometry = plain_geometry(
             *(client, kind, radius, half_extents, length, file_name, mesh_scale, normal),

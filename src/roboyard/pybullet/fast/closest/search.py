@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard._mujoco import mujoco
 from roboyard.native import can_call
 from roboyard.pybullet.fast.closest import kernels
 from roboyard.sim.mujoco_library import mujoco_library
@@ -19,12 +20,13 @@ Point = tuple[Any, ...]
 Places = list[tuple[int, int, int]]
 FEW = 4
 """Shapes of both sides up to which only these are placed, not those of all bodies."""
+_FIELD = int(mujoco.mjtGeom.mjGEOM_HFIELD)
 ZEROS = (0.0, 0.0, 0.0)
 """Forces and directions of friction, which closest points do not have."""
 
 
 class ClosestSearch:
-    """Finds closest points in the arrays of one MjData."""
+    """Finds closest points in the arrays of one MjData, of shapes that are no height fields."""
 
     def __init__(self, scene: PhysicsScene) -> None:
         """Look up MuJoCo's arrays."""
@@ -41,6 +43,11 @@ class ClosestSearch:
     def arguments(self) -> tuple[Any, ...]:
         """Return the compiled loop and its first arguments, which are the same while MuJoCo's arrays are."""
         return kernels.closest_points, self._shapes, self.scene.shapes.geom_margins()
+
+    def has_field(self, side: Side) -> bool:
+        """Return whether any shape of a side is a height field, which this does not search."""
+        model = self.scene.world.live_model
+        return bool(model.nhfield) and bool((model.geom_type[side.geoms] == _FIELD).any())
 
     def points(self, first: Side, second: Side, limit: float) -> tuple[Point, ...]:
         """Return the rows of getClosestPoints of two sides' shapes within a distance (m)."""
@@ -99,8 +106,8 @@ def rows_of(one: Places, two: Places, out: np.ndarray, pairs: np.ndarray, found:
 
 
 def closest_search(scene: PhysicsScene) -> ClosestSearch | None:
-    """Return the search of a scene whose arrays are made; None with height fields or without machine code."""
+    """Return the search of a scene whose arrays are made; None without machine code."""
     model = scene.world.live_model
-    if model.nhfield or not can_call(mujoco_library) or not hasattr(model, "_address"):
+    if not can_call(mujoco_library) or not hasattr(model, "_address"):
         return None
     return ClosestSearch(scene)

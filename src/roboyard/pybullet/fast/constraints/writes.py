@@ -40,6 +40,7 @@ def prepare_pivot(scene: PhysicsScene, record: ConstraintRecord) -> None:
         places=(np.arange(3),),
         other=made,
         other_name="position_b",
+        among=scene.constraints,
     )
     prepare_write(COMMAND, "jointChildPivot", world.prepared, KIND, places, write)
 
@@ -61,6 +62,7 @@ def prepare_turn(scene: PhysicsScene, record: ConstraintRecord) -> None:
             other=made,
             other_name="orientation_b",
             turns=True,
+            among=scene.constraints,
         )
         prepare_write(COMMAND, name, world.prepared, KIND, places, write)
 
@@ -83,6 +85,7 @@ def prepare_bound(scene: PhysicsScene, record: ConstraintRecord) -> None:
             places=(np.array([0]), np.array([0, 1])),
             most=LARGEST_FORCE,
             also=(record, "max_force", made, "max_force"),
+            among=scene.constraints,
         )
         prepare_write(COMMAND, "maxForce", world.prepared, KIND, places, write)
 

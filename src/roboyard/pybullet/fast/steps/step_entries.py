@@ -1,7 +1,7 @@
 """stepSimulation as machine code, where the last step was a few compiled calls that are the same now.
 
-It applies motor commands that wait, makes the calls, and notes that positions are new. Everything else goes
-to the Python function; see `fast_entries`.
+It applies motor commands that wait, sums masses that have changed, makes the calls, and notes that positions
+are new. Everything else goes to the Python function; see `fast_entries`.
 """
 
 from __future__ import annotations
@@ -50,16 +50,17 @@ class StepState(NamedTuple):
     no_force: float = 0.0
     new: str = "_new"
     revision: str = "revision"
+    inertia_changed: str = "_inertia_changed"
 
 
 _SOURCE = f"""
 ITEMS, SIZE = 3, 2  # of tuples, in words
 COMMAND, PREPARED, KEY, NONE, TRUE, FALSE, IS_DONE, ANSWER, MOVED, VELOCITY_MOVED, KEPT_FRAMES = range(3, 14)
 OLD, SINGLE_READS, FRAMES_REVISION, MOTOR_REVISION, MOTOR_FORCES, WRENCHES, PENDING, PUSHED = range(14, 22)
-NO_FORCE, NEW, CHANGES = range(22, 25)
+NO_FORCE, NEW, CHANGES, INERTIA_CHANGED = range(22, 26)
 SCENE, WORLD, PUSHES, MANIFOLDS, REVISION, SAME, EMPTY_DICTS, EMPTY_LISTS, COMMANDS, FLUSH = range(3, 13)
 FIND, FINDS, EXECUTE, EXECUTED, INTEGRATE, INTEGRATED, FINISH, RAISED, HEED = range(13, 22)
-SETTINGS, CHANGED, FORCES, FILL_LINKS, FILL_JOINTS, OF_WORLD, OF_SCENE = range(22, 29)
+SETTINGS, CHANGED, FORCES, FILL_LINKS, FILL_JOINTS, OF_WORLD, OF_SCENE, SUM_INERTIA = range(22, 30)
 {parts(ATTRIBUTE, FOUND, CALLED, IS_DONE)}
 @part
 def is_same(state, scene):
@@ -81,6 +82,12 @@ def is_same(state, scene):
         if PyList_Size(word(lists, ITEMS + place)) != 0:
             return False
     return True
+
+@part
+def is_summed(state, scene):
+    if found(word(scene, OF_WORLD), word(state, INERTIA_CHANGED)) != word(state, TRUE):
+        return True
+    return is_done(PyObject_Vectorcall(word(scene, SUM_INERTIA), words(), 0, 0))
 
 @part
 def is_flushed(scene):
@@ -151,7 +158,7 @@ def entry(state, given, count, keywords):
     scene = found(known, word(state, KEY)) if known != 0 else 0
     if scene != 0:
         Py_IncRef(scene)
-        if is_flushed(scene) and is_same(state, scene):
+        if is_flushed(scene) and is_same(state, scene) and is_summed(state, scene):
             done = is_stepped(state, scene)
             Py_DecRef(scene)
             if not done:
@@ -191,8 +198,8 @@ def prepare(scene: PhysicsScene, logs: LogSet) -> None:
     if step is None or not scene.knows_parameters or scene.parts > 1 or scene.new_bodies:
         return
     owners = (
-        *step.kept, (world, "_inertia_changed"), (scene, "parts"), (scene, "records_user_torques"),
-        (scene.last_step, "_contacts"), (scene.last_step, "_seen"),
+        *step.kept, (scene, "parts"), (scene, "records_user_torques"), (scene.last_step, "_contacts"),
+        (scene.last_step, "_seen"),
     )  # fmt: skip
     same = tuple(part for owner, name in owners for part in (vars(owner), name, getattr(owner, name)))
     data = world.live_data
@@ -204,12 +211,12 @@ def prepare(scene: PhysicsScene, logs: LogSet) -> None:
         *(loaded(step.find), step.found, loaded(step.execute), step.executed),
         *(step.integrate, (world.live_model, data), scene.end_step, RAISED, world.heed_warning),
         *(parameters, parameters.revision, world.wrenches, data.xfrc_applied.fill, data.qfrc_applied.fill),
-        *(vars(world), vars(scene)),
+        *(vars(world), vars(scene), world.sum_inertia),
     )
 
 
 def _is_same(known: tuple[Any, ...]) -> bool:
     """Return whether attributes of objects are as they were when this was prepared."""
-    parts, (parameters, revision) = iter(known[5]), known[-7:-5]
+    parts, (parameters, revision) = iter(known[5]), known[-8:-6]
     are_same = all(owned.get(name) is value for owned, name, value in zip(parts, parts, parts, strict=True))
     return are_same and parameters.revision == revision

@@ -98,7 +98,7 @@ def reaction(scene: Any, record: BodyRecord, joint: int) -> tuple[float, ...]:
 class ReactionReader:
     """Reads reactions of one body; valid until MuJoCo's arrays are new."""
 
-    __slots__ = ("_axes", "_dofs", "_frames", "_kinds", "_out", "_places", "_rows")
+    __slots__ = ("_axes", "_dofs", "_found", "_frames", "_kinds", "_of", "_out", "_places", "_rows")
 
     def __init__(self, record: BodyRecord, world: World) -> None:
         """Create the arrays for the joints of a body."""
@@ -110,16 +110,25 @@ class ReactionReader:
         self._dofs = [record.velocity_addresses[joint] for joint in range(count)]
         self._rows = record.rows
         self._out = np.zeros(6)
+        self._of: JointWrenches | None = None
+        self._found: dict[int, tuple[float, ...]] = {}
+        """What was read of these wrenches, by joint."""
 
     def read(self, wrenches: JointWrenches, joint: int) -> tuple[float, ...]:
         """Return force (N) and torque (N m) in a joint."""
+        if self._of is not wrenches:
+            self._of = wrenches
+            self._found.clear()
+        elif joint in self._found:
+            return self._found[joint]
         out, kind = self._out, self._kinds[joint]
         effort = 0.0 if kind == OTHER else wrenches.joints.item(self._dofs[joint])
         write_reaction(
             wrenches.whole, wrenches.repeated, *self._places, self._rows[joint + 1], self._frames,
             self._axes, joint, kind, effort, out,
         )  # fmt: skip
-        return tuple(out.tolist())
+        found = self._found[joint] = tuple(out.tolist())
+        return found
 
 
 OTHER, SLIDES, TURNS = range(3)
