@@ -142,8 +142,9 @@ def world() -> None:
 def outcome(name: str, given: tuple[Any, ...], *, is_python: bool) -> Any:
     """Return the class of the exception that a call raises, with the message; None where it raises none."""
     try:
-        if is_python:
-            COMMANDS[name].function(CLIENTS[0], *given)
+        if is_python:  # public functions make Python's integers of NumPy's
+            numbers = [int(value) if isinstance(value, np.int64) else value for value in given]
+            COMMANDS[name].function(CLIENTS[0], *numbers)
         else:
             getattr(p, name)(*given)
     except Exception as problem:
