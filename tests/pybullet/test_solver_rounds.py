@@ -166,3 +166,34 @@ def test_a_contact_that_moves_nothing_ends_the_rounds_as_in_pybullet(tmp_path, h
     assert len(p.getContactPoints(body)) == (4 if height < 0 else 0)
     assert np.allclose([state[1] for state in p.getJointStates(body, range(3))], TURNED[height], atol=1e-8)
     p.disconnect(number)
+
+
+def test_friction_without_a_cone_is_pybullets(arm):
+    """It is bounded in each direction alone, and nothing resists spinning, until a reset."""
+    cone = [
+        ((0.813661002, 1.627322004, 0.0), (-7.453559925, 3.726779962, 0.0)),
+        ((0.841749724, 1.64235567, -0.044676898), (-0.377211815, 0.679078926, 2.570833729)),
+    ]
+    pyramid = [
+        ((0.654761905, 1.583333333, 0.0), (-8.333333333, 6.547619048, 3.0)),
+        ((0.572162031, 1.572162031, 0.022342605), (0.062959102, -0.391526405, 2.835716348)),
+    ]
+    for settings, expected in (({}, cone), ({"enableConeFriction": 0}, pyramid), ({}, cone)):
+        p.resetSimulation()
+        p.setPhysicsEngineParameter(numSolverIterations=30, **settings)
+        p.setGravity(0, 0, -10)
+        plane = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+        shapes = (
+            p.createCollisionShape(p.GEOM_SPHERE, radius=0.1),
+            p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1]),
+        )
+        bodies = [p.createMultiBody(1, shape, basePosition=[k, 0, 0.1]) for k, shape in enumerate(shapes)]
+        p.changeDynamics(plane, -1, lateralFriction=0.5)
+        for body in bodies:
+            p.changeDynamics(body, -1, lateralFriction=1, linearDamping=0, angularDamping=0)
+            p.resetBaseVelocity(body, [1, 2, 0], [0, 0, 3])
+        p.changeDynamics(bodies[0], -1, spinningFriction=0.1, rollingFriction=0.02)
+        for _ in range(20):
+            p.stepSimulation()
+        for body, velocities in zip(bodies, expected, strict=True):
+            assert np.allclose(p.getBaseVelocity(body), velocities, atol=1e-8)

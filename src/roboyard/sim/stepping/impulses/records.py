@@ -24,8 +24,9 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
     IS_BOUNDED,
     SLOP,
     BY_ENTRY,
+    IS_PYRAMID,
     RULES,
-) = range(17)
+) = range(18)
 """Places in `Solver.rules`."""
 WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
 """Lines of `Solver.lines`, each of as many numbers as there are rows, rounded up to blocks."""
@@ -277,7 +278,7 @@ class Solver(NamedTuple):
     largest: np.ndarray
     """(nv,) bounds of velocities."""
     rules: np.ndarray
-    """(16,) numbers; see TIMESTEP and those that follow."""
+    """(RULES,) numbers; see TIMESTEP and those that follow."""
     taken: np.ndarray
     groups: np.ndarray
     """(ntree,) work array of `order_contacts`."""

@@ -23,7 +23,7 @@ from roboyard.sim.stepping.impulses.records import BLOCK, CUT, HIGH, IMPULSE, IN
 
 
 def solve_by_table(  # pragma: no cover
-    rows, spans, goals, ends, parts, across, rounds, residual, table, lines, change
+    rows, spans, goals, ends, parts, across, rounds, residual, is_pyramid, table, lines, change
 ):
     """Do what `solve_in_turn` does, for a bounded number of rows, with their effect on each other.
 
@@ -48,11 +48,12 @@ def solve_by_table(  # pragma: no cover
             else:
                 worst = push_rows(lines, table, joints_end - 1, joints_end - joints, -1, width)
             worst = max(worst, push_rows(lines, table, normals, normals_end - normals, 1, width))
-            for n in range(parts[part, 4], parts[part, 5]):
-                bound = lines[HIGH * width + n] * max(lines[IMPULSE * width + rows[n, 3]], 0.0)
-                if bound > 0.0:
-                    worst = max(worst, push(lines, table, n, -bound, bound, width))
-            for kind in range(6, 10, 2):
+            for kind in range(6 if is_pyramid else 4, 10 if is_pyramid else 6, 2):
+                for n in range(parts[part, kind], parts[part, kind + 1]):
+                    bound = lines[HIGH * width + n] * max(lines[IMPULSE * width + rows[n, 3]], 0.0)
+                    if bound > 0.0:
+                        worst = max(worst, push(lines, table, n, -bound, bound, width))
+            for kind in range(10 if is_pyramid else 6, 10, 2):
                 first, end = parts[part, kind], parts[part, kind + 1]
                 if first < end:
                     worst = max(worst, slide_rows(lines, table, rows, first, ends[3], end, width))
