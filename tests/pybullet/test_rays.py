@@ -272,3 +272,21 @@ def test_rays_from_inside_a_shape_enter_the_ones_that_touch_it(client: int) -> N
         hits = p.rayTestBatch(starts, ends, reportHitNumber=wanted)
         assert tuple(hit[0] for hit in hits) == bodies
         assert [hit[2] for hit in hits] == pytest.approx(fractions, abs=3e-3 if wanted == 0 else 1e-8)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_rays_in_sides_of_boxes_enter_the_lower_ones(client: int, axis: int) -> None:
+    """As PyBullet decides in all but a few of them."""
+    half, place = [0.07, 0.11, 0.23], [0.3, -0.4, 0.6]
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=half), basePosition=place)
+    across = (axis + 1) % 3
+    for side, expected in ((1, -1), (-1, 0)):
+        start, end = list(place), list(place)
+        start[axis] = end[axis] = place[axis] + side * half[axis]
+        start[across] -= 2 * half[across]
+        end[across] += 2 * half[across]
+        end[3 - axis - across] += 0.3 * half[3 - axis - across]
+        for wanted in (-1, 0):
+            hit = p.rayTest(start, end, reportHitNumber=wanted)[0]
+            assert hit[0] == expected
+            assert hit[2] == pytest.approx(1.0 if side > 0 else 0.25)

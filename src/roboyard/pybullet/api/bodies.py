@@ -90,6 +90,8 @@ def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Tr
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        if scene.world.is_stale:
+            scene.compile_for_poses()
         if record is not None and record.soft is None and (placed := record.body.placed) is not None:
             position, orientation = placed
             return _as_reported(position.tolist(), orientation.tolist(), record.base_frame)

@@ -12,6 +12,8 @@ from roboyard.sim.queries.shape_rays import RAY_SHAPES, distance_on_ray, is_hidd
 
 SPHERE, CAPSULE, CYLINDER, BOX = 2, 3, 5, 6
 """MuJoCo's kinds of shapes that have a core."""
+SLIGHT = 1e-12
+"""Slope of a ray in a side of a box, and its distance from the side (m per m of 1 m and half the box)."""
 SMALLEST = 1e-9
 """Distance from a shape's core that has no direction (m)."""
 
@@ -119,8 +121,12 @@ def enter_first(shapes, cores, room, count, most):  # pragma: no cover
             geom, behind = shapes.rows[row], 0.0
             if is_hidden(shapes, geom):
                 continue
+            inwards = inwards_of_side(shapes, geom, work, x, y, z)
+            if inwards[3] < 0.0:
+                continue
+            a, b, c = x + inwards[0], y + inwards[1], z + inwards[2]
             for _ in range(_MOST_SURFACES):
-                fraction = _next_surface(shapes, geom, work, x, y, z, u, v, w, behind, length)
+                fraction = _next_surface(shapes, geom, work, a, b, c, u, v, w, behind, length)
                 slope = u * work[6] + v * work[7] + w * work[8]
                 if fraction > 1.0 or slope <= 0.0:
                     break
@@ -168,9 +174,12 @@ def enter_numbered(shapes, cores, room, count, most, wanted, ranks, listed):  # 
             geom, behind = shapes.rows[row], 0.0
             if room.marks[row] == 0 or is_hidden(shapes, geom):
                 continue
-            is_core = geom == around
+            inwards, is_core = inwards_of_side(shapes, geom, work, x, y, z), geom == around
+            if inwards[3] < 0.0:
+                continue
+            a, b, c = x + inwards[0], y + inwards[1], z + inwards[2]
             for _ in range(_MOST_SURFACES):
-                fraction = _next_surface(shapes, geom, work, x, y, z, u, v, w, behind, length)
+                fraction = _next_surface(shapes, geom, work, a, b, c, u, v, w, behind, length)
                 if fraction > 1.0:
                     break
                 slope, behind = u * work[6] + v * work[7] + w * work[8], fraction + _RESUME
@@ -250,6 +259,28 @@ def _next_surface(shapes, geom, work, x, y, z, u, v, w, behind, length):  # prag
     place = work.ctypes.data
     distance = distance_on_ray(shapes, geom, place, place + _VECTOR, place + 2 * _VECTOR, work)
     return behind + distance / length if distance >= 0.0 else math.inf
+
+
+def inwards_of_side(shapes, geom, work, x, y, z):  # pragma: no cover
+    """Return by what a ray from (x, y, z) is to be moved (m), then -1 where it passes the shape, else 0.
+
+    A ray in a side of a box passes the upper ones along the box's axes and enters the lower ones.
+    """
+    if shapes.geom_type[geom] != BOX:
+        return 0.0, 0.0, 0.0, 0.0
+    places, turns, sizes = shapes.geom_xpos, shapes.geom_xmat, shapes.geom_size
+    a, b, c = x - places[geom, 0], y - places[geom, 1], z - places[geom, 2]
+    for k in range(3):
+        i, j, m = turns[geom, k], turns[geom, 3 + k], turns[geom, 6 + k]
+        if abs(i * work[3] + j * work[4] + m * work[5]) > SLIGHT:
+            continue
+        along, half = i * a + j * b + m * c, sizes[geom, k]
+        if abs(abs(along) - half) <= SLIGHT * (1.0 + half):
+            if along > 0.0:
+                return 0.0, 0.0, 0.0, -1.0
+            shift = 2.0 * SLIGHT * (1.0 + half)
+            return shift * i, shift * j, shift * m, 0.0
+    return 0.0, 0.0, 0.0, 0.0
 
 
 def _around(geoms, kinds, sizes, radii, margins, places, turns, sx, sy, sz, wx, wy, wz):  # pragma: no cover
