@@ -1,4 +1,4 @@
-"""Frames of links stay as old as the last step when other bodies are placed, as recorded from PyBullet 3.2.7."""
+"""Frames of links stay old when other bodies are placed, as recorded from PyBullet 3.2.7."""
 
 import numpy as np
 

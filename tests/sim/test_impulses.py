@@ -210,9 +210,7 @@ def pile(seed: int, sizes: list[int], contacts: int) -> dict[str, np.ndarray]:
     }
 
 
-def impulses_of_pile(
-    given: dict[str, np.ndarray], rounds: int, *, is_pyramid: bool = False
-) -> np.ndarray:
+def impulses_of_pile(given: dict[str, np.ndarray], rounds: int, *, is_pyramid: bool = False) -> np.ndarray:
     """Return the impulses of all groups after some rounds, by dense products.
 
     is_pyramid: rows of friction are bounded alone, and none resist spinning.

@@ -61,8 +61,8 @@ def external_names() -> Iterator[list[tuple[Path, str]]]:
 def find_external_file(mesh_file: Path, name: str) -> Path | None:
     """Return the path of an external file inside the mesh's folders; None, logged, if there is none.
 
-    The mesh's folders are its own and, while their names are those of mesh folders (`meshes/visual/`) or of an
-    object's (`models/`), the parent folders. Symbolic links are resolved before the check.
+    The mesh's folders are its own and, while their names are those of mesh folders (`meshes/visual/`) or of
+    an object's (`models/`), the parent folders. Symbolic links are resolved before the check.
     """
     asked = getattr(_asked, "names", None)
     if asked is not None:
