@@ -28,7 +28,7 @@ class OverlapState(NamedTuple):
 
 
 _SOURCE = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ZERO, MOVED, OLD, BOXES, KEPT = range(3, 12)
+COMMAND, PREPARED, NONE, TRUE, ZERO, MOVED, OLD, BOXES_OLD, KEPT = range(3, 12)
 WORLD, UPDATE, XPOS, XQUAT, FRAMES, BOXES, ROWS, REACHES = range(3, 11)
 FIRST, BOX, FOUND_LINKS, OWNERS, SCENE = range(11, 16)
 
@@ -36,7 +36,7 @@ FIRST, BOX, FOUND_LINKS, OWNERS, SCENE = range(11, 16)
 def has_frames(state, scene):
     is_moved = attribute(word(scene, WORLD), word(state, MOVED)) == word(state, TRUE)
     owner, true = word(scene, SCENE), word(state, TRUE)
-    if attribute(owner, word(state, OLD)) != true and attribute(owner, word(state, BOXES)) != true:
+    if attribute(owner, word(state, OLD)) != true and attribute(owner, word(state, BOXES_OLD)) != true:
         return is_moved or attribute(word(scene, WORLD), word(state, KEPT)) == word(state, NONE)
     if not is_moved:
         return True
