@@ -125,6 +125,7 @@ def enter_first(shapes, cores, room, count, most):  # pragma: no cover
             if inwards[3] < 0.0:
                 continue
             a, b, c = x + inwards[0], y + inwards[1], z + inwards[2]
+            fraction, slope = math.inf, 0.0
             for _ in range(_MOST_SURFACES):
                 fraction = _next_surface(shapes, geom, work, a, b, c, u, v, w, behind, length)
                 slope = u * work[6] + v * work[7] + w * work[8]
