@@ -254,3 +254,39 @@ def test_planes_are_met_from_both_sides(client: int, turn: tuple[float, ...]) ->
         assert hit[2] == pytest.approx(fraction, abs=1e-12)
         assert hit[4] == pytest.approx(-np.sign(along) * normal, abs=1e-12)
         assert p.rayTest(start.tolist(), end.tolist())[0][2] == pytest.approx(fraction, abs=1e-12)
+
+
+def test_rays_from_inside_a_shape_enter_the_ones_that_touch_it(client: int) -> None:
+    """As recorded from PyBullet: a ray leaves a box where it enters the next one of a grid."""
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.025] * 3)
+    for row in range(3):
+        for column in range(3):
+            p.createMultiBody(0, shape, basePosition=[0.05 * row, 0.05 * column, 0.5])
+    ends = [[0.1 * math.sin(k * math.pi / 8), 0.1 * math.cos(k * math.pi / 8), 0.5] for k in range(6)]
+    starts = [[0, 0, 0.5]] * len(ends)
+    for wanted, bodies, fractions in (
+        (-1, (1, 1, 1, 3, 3, 3), (0.25, 0.27059805, 0.353553391, 0.27059805, 0.25, 0.27059805)),
+        (0, (2, 5, 4, 7, 6, 3), (0.75, 0.81179415, 0.3555, 0.81179415, 0.75, 0.27059805)),
+        (1, (1, 4, 1, 4, 3, -1), (0.25, 0.653281482, 0.353553391, 0.653281482, 0.25, 1.0)),
+    ):
+        hits = p.rayTestBatch(starts, ends, reportHitNumber=wanted)
+        assert tuple(hit[0] for hit in hits) == bodies
+        assert [hit[2] for hit in hits] == pytest.approx(fractions, abs=3e-3 if wanted == 0 else 1e-8)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_rays_in_sides_of_boxes_enter_the_lower_ones(client: int, axis: int) -> None:
+    """As PyBullet decides in all but a few of them."""
+    half, place = [0.07, 0.11, 0.23], [0.3, -0.4, 0.6]
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=half), basePosition=place)
+    across = (axis + 1) % 3
+    for side, expected in ((1, -1), (-1, 0)):
+        start, end = list(place), list(place)
+        start[axis] = end[axis] = place[axis] + side * half[axis]
+        start[across] -= 2 * half[across]
+        end[across] += 2 * half[across]
+        end[3 - axis - across] += 0.3 * half[3 - axis - across]
+        for wanted in (-1, 0):
+            hit = p.rayTest(start, end, reportHitNumber=wanted)[0]
+            assert hit[0] == expected
+            assert hit[2] == pytest.approx(1.0 if side > 0 else 0.25)

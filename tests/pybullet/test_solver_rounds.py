@@ -166,3 +166,81 @@ def test_a_contact_that_moves_nothing_ends_the_rounds_as_in_pybullet(tmp_path, h
     assert len(p.getContactPoints(body)) == (4 if height < 0 else 0)
     assert np.allclose([state[1] for state in p.getJointStates(body, range(3))], TURNED[height], atol=1e-8)
     p.disconnect(number)
+
+
+def test_friction_without_a_cone_is_pybullets(arm):
+    """It is bounded in each direction alone, and nothing resists spinning, until a reset."""
+    cone = [
+        ((0.813661002, 1.627322004, 0.0), (-7.453559925, 3.726779962, 0.0)),
+        ((0.841749724, 1.64235567, -0.044676898), (-0.377211815, 0.679078926, 2.570833729)),
+    ]
+    pyramid = [
+        ((0.654761905, 1.583333333, 0.0), (-8.333333333, 6.547619048, 3.0)),
+        ((0.572162031, 1.572162031, 0.022342605), (0.062959102, -0.391526405, 2.835716348)),
+    ]
+    for settings, expected in (({}, cone), ({"enableConeFriction": 0}, pyramid), ({}, cone)):
+        p.resetSimulation()
+        p.setPhysicsEngineParameter(numSolverIterations=30, **settings)
+        p.setGravity(0, 0, -10)
+        plane = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+        shapes = (
+            p.createCollisionShape(p.GEOM_SPHERE, radius=0.1),
+            p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1]),
+        )
+        bodies = [p.createMultiBody(1, shape, basePosition=[k, 0, 0.1]) for k, shape in enumerate(shapes)]
+        p.changeDynamics(plane, -1, lateralFriction=0.5)
+        for body in bodies:
+            p.changeDynamics(body, -1, lateralFriction=1, linearDamping=0, angularDamping=0)
+            p.resetBaseVelocity(body, [1, 2, 0], [0, 0, 3])
+        p.changeDynamics(bodies[0], -1, spinningFriction=0.1, rollingFriction=0.02)
+        for _ in range(20):
+            p.stepSimulation()
+        for body, velocities in zip(bodies, expected, strict=True):
+            assert np.allclose(p.getBaseVelocity(body), velocities, atol=1e-8)
+
+
+def test_rounds_of_a_fixed_constraint_end_with_its_turns(arm):
+    """What is left of the turns of a body that its constraint pulls down is PyBullet's."""
+    p.setGravity(0, 0, -9.8)
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.15, 0.05])
+    body = p.createMultiBody(
+        1, box, -1, [0, 0, 4], linkMasses=[0.3], linkCollisionShapeIndices=[box],
+        linkVisualShapeIndices=[-1], linkPositions=[[0.3, 0.1, 0]], linkOrientations=[[0, 0, 0, 1]],
+        linkInertialFramePositions=[[0, 0, 0]], linkInertialFrameOrientations=[[0, 0, 0, 1]],
+        linkParentIndices=[0], linkJointTypes=[p.JOINT_REVOLUTE], linkJointAxis=[[0, 0, 1]],
+    )  # fmt: skip
+    p.createConstraint(body, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 1])
+    for velocities in (
+        ((0, 0, -100), (0.00013942, 0, 0)),
+        ((0, 0, -100), (-1.4483e-05, -0.000150746, 0)),
+        ((0, 0, -100), (-1.5335e-05, -7.8423e-05, 0)),
+        ((0, 0, -84.000016255), (-0.000170884, 4.5834e-05, 0)),
+    ):
+        p.stepSimulation()
+        assert np.allclose(p.getBaseVelocity(body), velocities, atol=2e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "velocities"),
+    [
+        (
+            {"rollingFriction": 0.0001},
+            ((-0.081547799, -0.020837915, -0.005863932), (0.280196377, -0.940253, 0.322289051)),
+        ),
+        ({"lateralFriction": 0}, ((-0.079232514, -0.024509489, 0), (0.491402605, -1.588571033, 0.070312903))),
+    ],
+)
+def test_contacts_without_friction_have_none(arm, changes, velocities):
+    """Of small boxes that overlap and are pushed apart; MuJoCo's least coefficient would slow them down."""
+    p.setTimeStep(1 / 480)
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.005] * 3)
+    places = (([0, 0, 0.01], 0.3), ([0.0075, 0.001, 0.012], 0.9))
+    bodies = [
+        p.createMultiBody(0.001, shape, -1, place, p.getQuaternionFromEuler([0, 0, turn]))
+        for place, turn in places
+    ]
+    for body in bodies:
+        p.changeDynamics(body, -1, localInertiaDiagonal=[5e-8] * 3, **changes)
+    for _ in range(3):
+        p.stepSimulation()
+    assert np.allclose(p.getBaseVelocity(bodies[0]), velocities, atol=2e-9)

@@ -146,11 +146,14 @@ def test_missing_or_broken_textures_drop_only_the_texture(tmp_path, name):
     assert mesh.colors.tolist() == [[255, 0, 0, 255]]
 
 
-def test_textures_of_the_package_are_found(tmp_path):
-    image(tmp_path / "pkg" / "textures" / "wood.png", (1, 2, 3, 255))
-    folder = tmp_path / "pkg" / "meshes" / "visual"
+@pytest.mark.parametrize(
+    ("folder", "name"), [("meshes/visual", "../../textures/wood.png"), ("models", "../images/wood.png")]
+)
+def test_textures_of_the_package_are_found(tmp_path, folder, name):
+    folder = tmp_path / "pkg" / folder
     folder.mkdir(parents=True)
-    (folder / "a.mtl").write_text("newmtl m\nmap_Kd ../../textures/wood.png\n")
+    image((folder / name).resolve(), (1, 2, 3, 255))
+    (folder / "a.mtl").write_text(f"newmtl m\nmap_Kd {name}\n")
     (folder / "a.obj").write_text("mtllib a.mtl\n" + SQUARE + "vt 0 0\nusemtl m\nf 1/1 2/1 3/1\n")
     assert load_mesh(folder / "a.obj").texture[0, 0].tolist() == [1, 2, 3, 255]
 

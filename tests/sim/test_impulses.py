@@ -98,6 +98,8 @@ def by_lanes(
     goals: np.ndarray,
     rounds: int,
     change: np.ndarray,
+    *,
+    is_pyramid: bool = False,
 ) -> None:
     """Solve in lanes, with work arrays of numbers that must not be read."""
     spans, dofs = given["spans"], given["tree_dofs"]
@@ -113,7 +115,7 @@ def by_lanes(
         *(given.get("roots", np.full(len(change), np.nan)), diagonal, given["tree_dof"], dofs),
         *(np.zeros(len(dofs), np.int32), np.full((len(spans), layout.PLACES), -1, np.int32)),
         *(np.full(len(spans) * (layout.STRIDE + len(change)), np.nan), np.full(9 * len(change), np.nan)),
-        *(rounds, 0.0, change),
+        *(rounds, 0.0, is_pyramid, change),
     )
 
 
@@ -131,7 +133,7 @@ def test_both_ways_of_solving_in_turn_are_the_plain_loop(seed: int, arm: int, ro
             across = np.zeros((nv, width))
             across[:, :10] = scaled.T
             table.solve_by_table(
-                *(rows, spans, goals, ends, parts, across.ravel(), rounds, 0.0),
+                *(rows, spans, goals, ends, parts, across.ravel(), rounds, 0.0, False),
                 *(np.full(10 * width, np.nan), np.full(LINES * width, np.nan), change),
             )
         else:
@@ -209,8 +211,11 @@ def pile(seed: int, sizes: list[int], contacts: int) -> dict[str, np.ndarray]:
     }
 
 
-def impulses_of_pile(given: dict[str, np.ndarray], rounds: int) -> np.ndarray:
-    """Return the impulses of all groups after some rounds, by dense products."""
+def impulses_of_pile(given: dict[str, np.ndarray], rounds: int, *, is_pyramid: bool = False) -> np.ndarray:
+    """Return the impulses of all groups after some rounds, by dense products.
+
+    is_pyramid: rows of friction are bounded alone, and none resist spinning.
+    """
     J, R, goals, rows, ends = (given[name] for name in ("dense", "response", "goals", "rows", "ends"))
     impulses, change = np.zeros(len(J)), np.zeros(J.shape[1])
     own = np.einsum("nd,nd->n", J, R) + goals[:, 4] - goals[:, 5]
@@ -228,11 +233,12 @@ def impulses_of_pile(given: dict[str, np.ndarray], rounds: int) -> np.ndarray:
             joints = range(group[0], group[1])
             for n in [*(joints if turn % 2 else joints[::-1]), *range(group[2], group[3])]:
                 put(n, np.clip(wish(n), goals[n, 1], goals[n, 2]))
-            for n in range(group[4], group[5]):
+            alone = [*range(group[6], group[7]), *range(group[8], group[9])] if is_pyramid else []
+            for n in alone or range(group[4], group[4] if is_pyramid else group[5]):
                 bound = goals[n, 2] * impulses[rows[n, 3]]
                 if bound > 0.0:
                     put(n, np.clip(wish(n), -bound, bound))
-            for n in [*range(group[6], group[7], 2), *range(group[8], group[9], 2)]:
+            for n in () if is_pyramid else [*range(group[6], group[7], 2), *range(group[8], group[9], 2)]:
                 bound = goals[n, 2] * impulses[rows[n, 3]]
                 if bound > 0.0 or n >= ends[3]:
                     new = np.array([wish(n), wish(n + 1)])
@@ -246,13 +252,15 @@ def impulses_of_pile(given: dict[str, np.ndarray], rounds: int) -> np.ndarray:
 @pytest.mark.parametrize(
     "sizes", [[6, 6, 6], [3, 6, 8], [9, 6, 6], [6, 19, 16, 27]], ids=["free", "narrow", "arm", "robots"]
 )
-def test_piles_in_lanes_are_the_plain_loop(seed: int, sizes: list[int]) -> None:
+@pytest.mark.parametrize("is_pyramid", [False, True])
+def test_piles_in_lanes_are_the_plain_loop(seed: int, sizes: list[int], is_pyramid: bool) -> None:
     """Of free bodies, of small mechanisms, and of both with trees that take several blocks."""
     given = pile(seed, sizes, contacts=24)
     for rounds in (1, 2, 30):
         goals, change = given["goals"].copy(), np.zeros(given["dense"].shape[1])
-        by_lanes(given, given["scaled"], (given["tree_dofs"] == 6).astype(np.uint8), goals, rounds, change)
-        expected = impulses_of_pile(given, rounds)
+        diagonal = (given["tree_dofs"] == 6).astype(np.uint8)
+        by_lanes(given, given["scaled"], diagonal, goals, rounds, change, is_pyramid=is_pyramid)
+        expected = impulses_of_pile(given, rounds, is_pyramid=is_pyramid)
         assert np.allclose(goals[:, 3], expected, atol=1e-11)
         assert np.allclose(change, expected @ given["scaled"], atol=1e-11)
         assert (expected[given["ends"][1] :] != 0.0).any()
@@ -260,7 +268,8 @@ def test_piles_in_lanes_are_the_plain_loop(seed: int, sizes: list[int]) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("contacts", [3, 8, 10])
-def test_piles_by_table_are_the_plain_loop(seed: int, contacts: int) -> None:
+@pytest.mark.parametrize("is_pyramid", [False, True])
+def test_piles_by_table_are_the_plain_loop(seed: int, contacts: int, is_pyramid: bool) -> None:
     """With rows of each kind in fours and alone, in two groups."""
     given = pile(seed, [9, 6, 8], contacts)
     count, nv = given["dense"].shape
@@ -271,10 +280,10 @@ def test_piles_by_table_are_the_plain_loop(seed: int, contacts: int) -> None:
         goals, change = given["goals"].copy(), np.zeros(nv)
         table.solve_by_table(
             *(given["rows"], given["spans"], goals, given["ends"], given["parts"]),
-            *(across.ravel(), rounds, 0.0, np.full(count * width, np.nan)),
+            *(across.ravel(), rounds, 0.0, is_pyramid, np.full(count * width, np.nan)),
             *(np.full(LINES * width, np.nan), change),
         )
-        expected = impulses_of_pile(given, rounds)
+        expected = impulses_of_pile(given, rounds, is_pyramid=is_pyramid)
         assert np.allclose(goals[:, 3], expected, atol=1e-11)
         assert np.allclose(change, expected @ given["scaled"], atol=1e-11)
 

@@ -68,7 +68,7 @@ def test_without_machine_code_rays_are_mujoco_own(monkeypatch):
     world.add_plane()
     world.add_box((1, 1, 1), position=(0, 0, 1))
     starts, ends = [(0.1, 0.2, 5), (0.3, 0.1, 4), (3, 0, 4)], [(0, 0, -5), (0, 0.1, -5), (3, 0, 1)]
-    wanted, one = world.rays(starts, ends), rays.first_shape(world, (0.1, 0.2, 5.0), (0.0, 0.0, -9.0))
+    wanted = world.rays(starts, ends)
     monkeypatch.setattr(shape_rays, "ray_shapes", lambda *given, **named: None)
     world.kept_rays.clear()
     found = world.rays(starts, ends)
@@ -76,4 +76,18 @@ def test_without_machine_code_rays_are_mujoco_own(monkeypatch):
     for name in ("owners", "fraction", "position", "normal", "geoms"):
         assert np.array_equal(getattr(wanted, name), getattr(found, name))
     assert same.geoms.tolist() == [wanted.geoms[0]] * 2
-    assert rays.first_shape(world, (0.1, 0.2, 5.0), (0.0, 0.0, -9.0)) == one
+
+
+def test_surfaces_of_one_shape_are_found_one_after_the_other():
+    world = World()
+    world.add_plane()
+    world.add_box((1, 1, 1), position=(0, 0, 1))
+    world.add_sphere(0.2, position=(3, 0, 1))
+    start, way = (0.1, 0.2, 5.0), (0.0, 0.0, -10.0)
+    met = rays.shapes_on_ray(world, start, way)
+    assert len(met) == 2
+    assert rays.shapes_on_ray(world, start, (0.0, 0.0, 0.0)) == []
+    found = sorted(surface for geom in met for surface in rays.surfaces_on_ray(world, geom, start, way, 1e-5))
+    fractions = sorted(fraction for _, fraction, _ in found)
+    assert np.allclose(fractions, [0.35, 0.45, 0.5], atol=1e-12)
+    assert sorted(normal[2] for _, _, normal in found) == [-1.0, 1.0, 1.0]

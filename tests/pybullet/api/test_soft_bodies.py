@@ -310,3 +310,11 @@ def test_mesh_of_another_file_follows_the_nodes(client: int, tmp_path: Path) -> 
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     p.resetMeshData(soft, (nodes(p, soft) @ turn.T).tolist())
     np.testing.assert_allclose(p.getMeshData(soft, -1)[1], before @ turn.T, atol=1e-9)
+
+
+def test_dynamics_of_soft_bodies_are_the_same_for_all_links(client: int, tmp_path: Path) -> None:
+    """As in PyBullet, whose type of such a body is 3."""
+    cloth = p.loadSoftBody(write_cloth(tmp_path / "cloth.obj"), mass=2.5, useMassSpring=1)
+    answers = {p.getDynamicsInfo(cloth, link) for link in (-1, 0, 7)}
+    assert len(answers) == 1
+    assert answers.pop()[10] == 3

@@ -90,6 +90,8 @@ def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Tr
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        if scene.world.is_stale:
+            scene.compile_for_poses()
         if record is not None and record.soft is None and (placed := record.body.placed) is not None:
             position, orientation = placed
             return _as_reported(position.tolist(), orientation.tolist(), record.base_frame)
@@ -195,7 +197,7 @@ def resetBasePositionAndOrientation(
         if is_prepared:
             _prepare(scene, record)
     record.fixed_poses = None
-    scene.frames_are_old = True
+    setattr(scene, _old_with(record), True)
 
 
 @command()
@@ -271,7 +273,7 @@ def resetBaseVelocity(
             _prepare(scene, record)
         _PACK_SPEED(record.words[1], record.base_speed_bytes, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         scene.world.mark_moved()
-        scene.frames_are_old = True
+        setattr(scene, _old_with(record), True)
         return
     if is_machine_code("resetBaseVelocity"):
         _prepare(scene, record)
@@ -282,7 +284,12 @@ def resetBaseVelocity(
     turned = rotated((-x, -y, -z, w), angular)
     _PACK_SPEED(record.words[1], record.base_speed_bytes, *linear, *turned)
     scene.world.mark_moved()
-    scene.frames_are_old = True
+    setattr(scene, _old_with(record), True)
+
+
+def _old_with(record: BodyRecord) -> str:
+    """Return what a scene notes when a body is placed: one without links leaves the frames of links old."""
+    return "frames_are_old" if record.infos else "boxes_are_old"
 
 
 def _prepare(scene: PhysicsScene, record: BodyRecord) -> None:
@@ -307,7 +314,7 @@ def _prepare(scene: PhysicsScene, record: BodyRecord) -> None:
         return
     frame = record.base_frame
     numbers = np.array([*frame.position, *frame.quaternion], dtype=float)
-    known[record.number] = scene, world, record, *arrays, numbers
+    known[record.number] = scene, world, record, *arrays, numbers, _old_with(record)
 
 
 def _orientation(record: BodyRecord) -> tuple[float, float, float, float]:

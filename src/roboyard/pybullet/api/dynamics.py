@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
+SOFT_BODY = 3
+"""Type of a soft body, beside `MULTIBODY` and `RIGID_BODY`."""
 _IGNORED = (
     *("ccdSweptSphereRadius", "contactProcessingThreshold", "activationState", "jointLimitForce"),
     *("sleepThreshold", "anisotropicFriction"),
@@ -49,12 +51,12 @@ _IGNORED = (
 
 @command()
 def getDynamicsInfo(client: Client, bodyUniqueId: int, linkIndex: int) -> tuple[Any, ...]:
-    """Return the physical properties of a link (-1: the base); of a rigid body always those of the base.
+    """Return the physical properties of a link (-1: the base); of rigid and soft bodies those of the base.
 
     Returns:
         Mass (kg), lateral friction, inertia diagonal (kg m²), position (m) and quaternion of the inertial
         frame in the link frame, restitution, rolling friction, spinning friction, contact damping, contact
-        stiffness (-1: not set), body type (2: multibody, 1: rigid body), collision margin (m).
+        stiffness (-1: not set), body type (1: rigid body, 2: multibody, 3: soft), collision margin (m).
 
     Raises:
         error: the body or link does not exist.
@@ -66,7 +68,7 @@ def getDynamicsInfo(client: Client, bodyUniqueId: int, linkIndex: int) -> tuple[
     if whole(linkIndex) < -1:
         raise failure("getDynamicsInfo failed; invalid linkIndex", f"links start at -1, got {linkIndex}")
     record = client.scene.bodies.get(bodyUniqueId)
-    if record is not None and record.kind == RIGID_BODY:
+    if record is not None and (record.kind == RIGID_BODY or record.soft is not None):
         linkIndex = -1
     if record is None or linkIndex >= record.joint_count:
         raise failure(
@@ -77,7 +79,7 @@ def getDynamicsInfo(client: Client, bodyUniqueId: int, linkIndex: int) -> tuple[
     return (
         *(s.mass, s.friction, s.moments, s.frame.position, s.frame.quaternion),
         *(s.restitution, s.rolling_friction, s.spinning_friction, s.contact_damping, s.contact_stiffness),
-        *(record.kind, record.shapes.bounds(linkIndex)[1]),
+        *(record.kind if record.soft is None else SOFT_BODY, record.shapes.bounds(linkIndex)[1]),
     )
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from math import isfinite, sqrt
+from math import hypot, isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import roboyard.pybullet.bullet_rules.ray_kernels as kernels
 from roboyard._lazy import lazy_module
+from roboyard._records import NamedTuple
 from roboyard.pybullet.bullet_rules.ray_starts import MOST_GRAZING
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, vector3_or, whole
@@ -26,7 +27,7 @@ from roboyard.pybullet.fast.fast_commands import (
 from roboyard.pybullet.fast.ray_masks import LARGEST_MASK, key_of
 from roboyard.pybullet.state.bodies.body_records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.state.frames import BROADPHASE_MARGIN
-from roboyard.sim.queries.rays import ShapeHit, first_shape
+from roboyard.sim.queries.rays import ShapeHit, shapes_on_ray, surfaces_on_ray
 from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
@@ -310,24 +311,35 @@ def _numbered_hit(scene: PhysicsScene, start: Triple, end: Triple, mask: int, wa
     return hits[wanted] if wanted < len(hits) else _MISS
 
 
+class _Boxes(NamedTuple):
+    """MuJoCo's arrays that `inwards_of_side` reads."""
+
+    geom_type: np.ndarray
+    geom_size: np.ndarray
+    geom_xpos: np.ndarray
+    geom_xmat: np.ndarray
+
+
 def _entering_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> Iterator[Hit]:
     """Yield the hits of all shapes that a ray enters and the mask selects, nearest first."""
     world = scene.world
     around = scene.shapes.margin_shapes.around_one(start, way, mask)
     if around is not None:
         yield _hit_at_start(scene, start, *around)
-    soft = _soft_hits(scene, start, way, mask) if world.soft else []
-    found = first_shape(world, start, way)
-    if found is not None and around is not None and found[0] == around[0]:
-        found = first_shape(world, start, way, found[1] + _RESUME_OFFSET)
-    while found is not None:
-        while soft and soft[0][2] < found[1]:
-            yield soft.pop(0)
-        hit = _entering_hit(scene, start, way, mask, found)
-        if hit is not None:
-            yield hit
-        found = first_shape(world, start, way, found[1] + _RESUME_OFFSET)
-    yield from soft
+    hits = _soft_hits(scene, start, way, mask) if world.soft else []
+    met, length = shapes_on_ray(world, start, way), hypot(*way)
+    model, data, direction = world.live_model, world.live_data, (*start, *(part / length for part in way))
+    boxes = _Boxes(model.geom_type, model.geom_size, data.geom_xpos, data.geom_xmat)
+    for geom in met:
+        *moved, passes = kernels.inwards_of_side(boxes, geom, direction, *start)
+        if passes < 0.0:
+            continue
+        origin = tuple(s + m for s, m in zip(start, moved, strict=True))
+        surfaces = surfaces_on_ray(world, geom, origin, way, _RESUME_OFFSET)
+        if around is not None and geom == around[0]:
+            next(surfaces, None)
+        hits += filter(None, (_entering_hit(scene, start, way, mask, surface) for surface in surfaces))
+    yield from sorted(hits, key=lambda hit: hit[2])
 
 
 def _entering_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, found: ShapeHit) -> Hit | None:

@@ -12,6 +12,8 @@ from roboyard.sim.queries.shape_rays import RAY_SHAPES, distance_on_ray, is_hidd
 
 SPHERE, CAPSULE, CYLINDER, BOX = 2, 3, 5, 6
 """MuJoCo's kinds of shapes that have a core."""
+SLIGHT = 1e-12
+"""Slope of a ray in a side of a box, and its distance from the side (m per m of 1 m and half the box)."""
 SMALLEST = 1e-9
 """Distance from a shape's core that has no direction (m)."""
 
@@ -111,24 +113,34 @@ def enter_first(shapes, cores, room, count, most):  # pragma: no cover
                 room.geoms[n], entered = geom, entered + 1
                 _write_hit(room.hits, n, 0.0, x, y, z, u, v, w, i, j, k)
                 continue
-        work[3], work[4], work[5], behind = u / length, v / length, w / length, 0.0
-        for _ in range(_MOST_SURFACES):
-            work[0], work[1], work[2] = x + behind * u, y + behind * v, z + behind * w
-            geom = _first_marked(shapes, room.near, room.marks, work, work.ctypes.data, length)
-            fraction, i, j, k = behind + work[12] / length, work[9], work[10], work[11]
-            if geom < 0 or fraction > 1.0:
-                break
-            slope = u * i + v * j + w * k
-            if slope <= 0.0:
-                margin = cores.margins[geom]
-                if margin > 0.0:
-                    fraction = max(fraction - margin / max(-slope, length / most), 0.0)
-                room.geoms[n], entered = geom, entered + 1
-                _write_hit(room.hits, n, fraction, x, y, z, u, v, w, i, j, k)
-                break
-            behind = fraction + _RESUME
-            if behind >= 1.0:
-                break
+        work[3], work[4], work[5] = u / length, v / length, w / length
+        first = math.inf
+        for row in range(len(room.marks)):
+            if room.marks[row] == 0 or not _is_ahead(room.near, row, work, x, y, z, first * length, length):
+                continue
+            geom, behind = shapes.rows[row], 0.0
+            if is_hidden(shapes, geom):
+                continue
+            inwards = inwards_of_side(shapes, geom, work, x, y, z)
+            if inwards[3] < 0.0:
+                continue
+            a, b, c = x + inwards[0], y + inwards[1], z + inwards[2]
+            fraction, slope = math.inf, 0.0
+            for _ in range(_MOST_SURFACES):
+                fraction = _next_surface(shapes, geom, work, a, b, c, u, v, w, behind, length)
+                slope = u * work[6] + v * work[7] + w * work[8]
+                if fraction > 1.0 or slope <= 0.0:
+                    break
+                behind = fraction + _RESUME
+            if fraction > 1.0:
+                continue
+            margin = cores.margins[geom]
+            if margin > 0.0:
+                fraction = max(fraction - margin / max(-slope, length / most), 0.0)
+            if fraction < first or (fraction == first and geom < room.geoms[n]):
+                first, room.geoms[n] = fraction, geom
+                _write_hit(room.hits, n, fraction, x, y, z, u, v, w, work[6], work[7], work[8])
+        entered += room.geoms[n] >= 0
     return entered
 
 
@@ -158,24 +170,28 @@ def enter_numbered(shapes, cores, room, count, most, wanted, ranks, listed):  # 
             )
             if around >= 0:
                 hits = _insert(listed, hits, ranks[around], around, 0.0, i, j, k)
-        work[3], work[4], work[5], behind = u / length, v / length, w / length, 0.0
-        for _ in range(_MOST_SURFACES):
-            work[0], work[1], work[2] = x + behind * u, y + behind * v, z + behind * w
-            geom = _first_marked(shapes, room.near, room.marks, work, work.ctypes.data, length)
-            fraction, i, j, k = behind + work[12] / length, work[9], work[10], work[11]
-            if geom < 0 or fraction > 1.0:
-                break
-            slope, behind = u * i + v * j + w * k, fraction + _RESUME
-            is_core, around = geom == around, -1
-            if slope <= 0.0 and not is_core:
-                margin = cores.margins[geom]
-                if margin > 0.0:
-                    fraction = max(fraction - margin / max(-slope, length / most), 0.0)
-                if hits == len(listed):
-                    return -1
-                hits = _insert(listed, hits, ranks[geom], geom, fraction, i, j, k)
-            if behind >= 1.0:
-                break
+        work[3], work[4], work[5] = u / length, v / length, w / length
+        for row in range(len(room.marks)):
+            geom, behind = shapes.rows[row], 0.0
+            if room.marks[row] == 0 or is_hidden(shapes, geom):
+                continue
+            inwards, is_core = inwards_of_side(shapes, geom, work, x, y, z), geom == around
+            if inwards[3] < 0.0:
+                continue
+            a, b, c = x + inwards[0], y + inwards[1], z + inwards[2]
+            for _ in range(_MOST_SURFACES):
+                fraction = _next_surface(shapes, geom, work, a, b, c, u, v, w, behind, length)
+                if fraction > 1.0:
+                    break
+                slope, behind = u * work[6] + v * work[7] + w * work[8], fraction + _RESUME
+                if slope <= 0.0 and not is_core:
+                    margin = cores.margins[geom]
+                    if margin > 0.0:
+                        fraction = max(fraction - margin / max(-slope, length / most), 0.0)
+                    if hits == len(listed):
+                        return -1
+                    hits = _insert(listed, hits, ranks[geom], geom, fraction, work[6], work[7], work[8])
+                is_core = False
         if wanted < hits:
             one = listed[wanted]
             room.geoms[n], entered = int(one[1]), entered + 1
@@ -227,29 +243,45 @@ def _mark(near, marks, x, y, z, u, v, w, length):  # pragma: no cover
     return close
 
 
-def _first_marked(shapes, near, marks, work, place, length):  # pragma: no cover
-    """Return the first marked shape that a ray meets, -1 without one, and write the hit to `work`.
+def _is_ahead(near, row, work, x, y, z, nearest, length):  # pragma: no cover
+    """Return whether a shape may be met before `nearest` and the ray's end (m); see `_mark`."""
+    a, b, c = near[0, row] - x, near[1, row] - y, near[2, row] - z
+    return a * work[3] + b * work[4] + c * work[5] - near[3, row] <= min(nearest, length)
 
-    place: address of `work`. length: of the ray; shapes beyond may be skipped (m).
+
+def _next_surface(shapes, geom, work, x, y, z, u, v, w, behind, length):  # pragma: no cover
+    """Return the fraction of a ray at the next surface of a shape, infinite without one.
+
+    The outward normal is written to `work[6:9]`. behind: fraction of the ray that is skipped.
     """
-    start, direction, normal = place, place + _VECTOR, place + 2 * _VECTOR
-    nearest, found = math.inf, -1
-    for row in range(len(marks)):
-        if marks[row] == 0:
+    if behind >= 1.0:
+        return math.inf
+    work[0], work[1], work[2] = x + behind * u, y + behind * v, z + behind * w
+    place = work.ctypes.data
+    distance = distance_on_ray(shapes, geom, place, place + _VECTOR, place + 2 * _VECTOR, work)
+    return behind + distance / length if distance >= 0.0 else math.inf
+
+
+def inwards_of_side(shapes, geom, work, x, y, z):  # pragma: no cover
+    """Return by what a ray from (x, y, z) is to be moved (m), then -1 where it passes the shape, else 0.
+
+    A ray in a side of a box passes the upper ones along the box's axes and enters the lower ones.
+    """
+    if shapes.geom_type[geom] != BOX:
+        return 0.0, 0.0, 0.0, 0.0
+    places, turns, sizes = shapes.geom_xpos, shapes.geom_xmat, shapes.geom_size
+    a, b, c = x - places[geom, 0], y - places[geom, 1], z - places[geom, 2]
+    for k in range(3):
+        i, j, m = turns[geom, k], turns[geom, 3 + k], turns[geom, 6 + k]
+        if abs(i * work[3] + j * work[4] + m * work[5]) > SLIGHT:
             continue
-        a, b, c = near[0, row] - work[0], near[1, row] - work[1], near[2, row] - work[2]
-        if a * work[3] + b * work[4] + c * work[5] - near[3, row] > min(nearest, length):
-            continue
-        geom = shapes.rows[row]
-        if is_hidden(shapes, geom):
-            continue
-        distance = distance_on_ray(shapes, geom, start, direction, normal, work)
-        if 0.0 <= distance < nearest or (distance == nearest and geom < found):
-            nearest, found = distance, geom
-            for k in range(3):
-                work[9 + k] = work[6 + k]
-    work[12] = nearest
-    return found
+        along, half = i * a + j * b + m * c, sizes[geom, k]
+        if abs(abs(along) - half) <= SLIGHT * (1.0 + half):
+            if along > 0.0:
+                return 0.0, 0.0, 0.0, -1.0
+            shift = 2.0 * SLIGHT * (1.0 + half)
+            return shift * i, shift * j, shift * m, 0.0
+    return 0.0, 0.0, 0.0, 0.0
 
 
 def _around(geoms, kinds, sizes, radii, margins, places, turns, sx, sy, sz, wx, wy, wz):  # pragma: no cover

@@ -107,15 +107,15 @@ def _turned(x, y, z, w, a, b, c):  # pragma: no cover
 
 
 _MARKS = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, FASTER, OLD, KNOWN_POSES, KNOWN_PLACE = range(3, 13)
-SCENE, WORLD, RECORD, PLACE, TURN, KEPT_PLACE, KEPT_TURN, SPEED, FRAME = range(3, 12)
+COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, FASTER, KNOWN_POSES, KNOWN_PLACE = range(3, 12)
+SCENE, WORLD, RECORD, PLACE, TURN, KEPT_PLACE, KEPT_TURN, SPEED, FRAME, OLD = range(3, 13)
 
 @part
 def mark(state, body):
     true = word(state, TRUE)
     PyObject_SetAttr(word(body, WORLD), word(state, MOVED), true)
     PyObject_SetAttr(word(body, WORLD), word(state, FASTER), true)
-    PyObject_SetAttr(word(body, SCENE), word(state, OLD), true)
+    PyObject_SetAttr(word(body, SCENE), word(body, OLD), true)
     PyObject_SetAttr(word(body, RECORD), word(state, KNOWN_POSES), word(state, NONE))
     PyObject_SetAttr(word(body, RECORD), word(state, KNOWN_PLACE), word(state, NONE))
 """

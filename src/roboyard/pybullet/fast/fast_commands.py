@@ -91,7 +91,7 @@ def replace_bases() -> None:
     """Replace resetBasePositionAndOrientation, resetBaseVelocity and getBaseVelocity."""
     from roboyard.pybullet.fast.base_entries import POSE, SPEED, VELOCITY
 
-    words = "is_moved", "_velocity_moved", "frames_are_old", "fixed_poses", "placed"
+    words = "is_moved", "_velocity_moved", "fixed_poses", "placed"
     _replace("resetBasePositionAndOrientation", POSE, "bases", words)
     _replace("resetBaseVelocity", SPEED, "bases", words)
     zero = (0.0, 0.0, 0.0)

@@ -23,18 +23,20 @@ class OverlapState(NamedTuple):
     """Key of what is prepared of the whole scene."""
     moved: str = "is_moved"
     old: str = "frames_are_old"
+    boxes: str = "boxes_are_old"
     kept: str = "kept_frames"
 
 
 _SOURCE = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ZERO, MOVED, OLD, KEPT = range(3, 11)
+COMMAND, PREPARED, NONE, TRUE, ZERO, MOVED, OLD, BOXES_OLD, KEPT = range(3, 12)
 WORLD, UPDATE, XPOS, XQUAT, FRAMES, BOXES, ROWS, REACHES = range(3, 11)
 FIRST, BOX, FOUND_LINKS, OWNERS, SCENE = range(11, 16)
 
 @part
 def has_frames(state, scene):
     is_moved = attribute(word(scene, WORLD), word(state, MOVED)) == word(state, TRUE)
-    if attribute(word(scene, SCENE), word(state, OLD)) != word(state, TRUE):
+    owner, true = word(scene, SCENE), word(state, TRUE)
+    if attribute(owner, word(state, OLD)) != true and attribute(owner, word(state, BOXES_OLD)) != true:
         return is_moved or attribute(word(scene, WORLD), word(state, KEPT)) == word(state, NONE)
     if not is_moved:
         return True

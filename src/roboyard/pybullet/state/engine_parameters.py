@@ -57,7 +57,7 @@ class EngineParameters:
     restitution_velocity_threshold: float = 0.2
     """Impacts slower than this do not bounce (m/s)."""
     cone_friction: int = 1
-    """1 for a friction cone, 0 for a pyramid."""
+    """1 for a friction cone, 0 for a pyramid, in which nothing resists contacts' spinning."""
     file_caching: int = 1
     """1 keeps parsed robot files for the next load."""
     feedback_mode: int = 0
@@ -70,10 +70,10 @@ class EngineParameters:
     """Number of changes so far; the scene applies the settings when it differs."""
 
     def reset(self) -> None:
-        """Restore what resetSimulation resets: gravity, iterations, and the shares of errors."""
+        """Restore what resetSimulation resets: gravity, iterations, friction, and the shares of errors."""
         for name in (RESIDUAL, ERP, CONTACT_ERP, SOLVER, PAIRS_BY_ENTRY):
             self.others.pop(name, None)
         self.gravity = (0.0, 0.0, 0.0)
         self.iterations = DEFAULT_ITERATIONS
-        self.inner_iterations = 1
+        self.inner_iterations = self.cone_friction = 1
         self.revision += 1

@@ -114,6 +114,7 @@ class PhysicsScene(SceneBodies):
             rounds = 0 if p.others.get(SOLVER) == DANTZIG else max(p.iterations, 1)
             solver.set_rounds(rounds, p.others.get(RESIDUAL, profile.motor_residual))
             solver.sort_pairs(bool(p.others.get(PAIRS_BY_ENTRY)))
+            solver.limit_friction(singly=not p.cone_friction)
         slow = p.restitution_velocity_threshold
         erp, contact_erp = p.others.get(ERP, BULLET.erp), p.others.get(CONTACT_ERP, BULLET.contact_erp)
         if (profile.slow, profile.erp, profile.contact_erp) != (slow, erp, contact_erp):
@@ -229,7 +230,7 @@ class PhysicsScene(SceneBodies):
         self._note_step()
 
     def _note_step(self) -> None:
-        self.frames_are_old = False
+        self.frames_are_old = self.boxes_are_old = False
         self.single_reads = 0
         self.frames_revision = self.motor_revision = self.world.revision
         self.last_step.drop()

@@ -93,8 +93,10 @@ class SceneBodies:
         """Revision of the World, and boxes around the links of all bodies."""
         self.frames_are_old = True
         """Whether positions were written since the link frames were computed (steps keep old frames)."""
+        self.boxes_are_old = False
+        """Whether only bodies without links were placed since the last step."""
         self._awaiting = 0, 0
-        """Number of bodies, and how many poses were set since they are so many and a compile is awaited."""
+        """Number of bodies, and how many poses were set or read since, while a compile is awaited."""
         self.single_reads = 0
         """Reads of single links since the frames of all were computed."""
         self.frames_revision = self.motor_revision = -1
@@ -317,7 +319,7 @@ class SceneBodies:
         return record if has_rows or self.alone(record) is not None else self.ready(number, message)
 
     def compile_for_poses(self) -> None:
-        """Compile what is awaited once that takes less time than it did to set poses without it."""
+        """Compile what is awaited once that takes less time than it did to set or read poses without it."""
         bodies, count = self._awaiting
         self._awaiting = len(self.bodies), count + 1 if bodies == len(self.bodies) else 0
         if count > FEW_POSES + POSES_OF_A_BODY * bodies:

@@ -39,6 +39,8 @@ MESH_FOLDER = lazy_pattern(
     re.IGNORECASE,
 )
 """Name of a folder in which a robot's meshes or their images are, as vendors call it."""
+_OBJECT_FOLDER = lazy_pattern(r"models?", re.IGNORECASE)
+"""Name of a folder with the mesh of one object, beside which its images are, as in collections of objects."""
 _IMAGES = ("PNG", "JPEG", "BMP", "TGA", "GIF", "TIFF", "WEBP", "PPM", "DDS")
 _log = LazyLogger(__name__)
 _asked = _local()
@@ -59,8 +61,8 @@ def external_names() -> Iterator[list[tuple[Path, str]]]:
 def find_external_file(mesh_file: Path, name: str) -> Path | None:
     """Return the path of an external file inside the mesh's folders; None, logged, if there is none.
 
-    The mesh's folders are its own and, while their names are those of mesh folders (`meshes/visual/`), the
-    parent folders. Symbolic links are resolved before the check.
+    The mesh's folders are its own and, while their names are those of mesh folders (`meshes/visual/`) or of
+    an object's (`models/`), the parent folders. Symbolic links are resolved before the check.
     """
     asked = getattr(_asked, "names", None)
     if asked is not None:
@@ -70,7 +72,9 @@ def find_external_file(mesh_file: Path, name: str) -> Path | None:
         return None
     root = mesh_file.absolute().parent
     for _ in range(3):
-        if root.parent == root or not MESH_FOLDER.fullmatch(root.name):
+        if root.parent == root or not (
+            MESH_FOLDER.fullmatch(root.name) or _OBJECT_FOLDER.fullmatch(root.name)
+        ):
             break
         root = root.parent
     # as written, and by its file name: exporters write absolute paths of their own machine

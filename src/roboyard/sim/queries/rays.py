@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import typing
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -62,6 +63,8 @@ class RayHits:
 
 _COLLISIONS = np.array([1, 1, 0, 1, 1, 1], dtype=np.uint8)
 """Groups of shapes that rays may hit: all but the visual ones."""
+_SLACK = 1e-9
+"""Share by which bounding spheres are taken larger, and length (m)."""
 _VISUALS = np.array([1, 1, 1, 0, 1, 1], dtype=np.uint8)
 """All but the collision shapes."""
 
@@ -193,45 +196,72 @@ ShapeHit = tuple[int, float, tuple[float, ...]]
 """MuJoCo geom, fraction of the ray, unit normal out of the surface."""
 
 
-def first_shape(
-    world: Engine[Body], start: tuple[float, ...], way: tuple[float, ...], behind: float = 0.0
-) -> ShapeHit | None:
-    """Return the first collision shape along one ray in plain numbers: `cast`, many times faster.
+def shapes_on_ray(world: Engine[Body], start: tuple[float, ...], way: tuple[float, ...]) -> list[int]:
+    """Return the collision shapes (MuJoCo's geoms) whose bounding spheres a ray meets.
 
     Args:
         world: the world.
         start: (3,) point in the world frame (m).
-        way: (3,) vector from there to the ray's end (m).
-        behind: fraction of the ray that is skipped; fractions of hits still count from `start`.
-
-    Returns:
-        The shape, or None: the ray has no hit, no length, or is not finite.
+        way: (3,) vector from there to the ray's end (m); a ray without a length meets nothing.
     """
-    x, y, z = way
-    a, b, c = start
-    length = math.hypot(x, y, z)
-    if length == 0.0 or behind >= 1.0 or not math.isfinite(length + a + b + c):
-        return None
     world.show_triangles()
-    world.link_frames(keeps_last=True)
-    shapes, work = world.kept_rays.get(False) or _keep_shapes(world, visual=False)
-    if shapes is None:
-        origin = np.array([[a + behind * x, b + behind * y, c + behind * z]])
-        geoms, normal = np.zeros(1, dtype=np.int32), np.zeros((1, 3))
-        ways = np.array([[x / length, y / length, z / length]])
-        distance = _meet(world, origin, ways, np.array([length]), geoms, normal, visual=False).item()
-        geom, normal = geoms.item(), tuple(normal[0].tolist())
-    else:
-        geom = shape_rays.cast_ray(
-            *(shapes, a + behind * x, b + behind * y, c + behind * z),
-            *(x / length, y / length, z / length, length, work),
-        )
-        *_, i, j, k, distance = work.tolist()
-        normal = i, j, k
-    fraction = behind + distance / length
-    if geom < 0 or distance < 0.0 or fraction > 1.0:
-        return None
-    return geom, fraction, normal
+    model, data = world.live_model, world.link_frames(keeps_last=True)
+    length = math.hypot(*way)
+    if length == 0.0 or not math.isfinite(length + sum(start)):
+        return []
+    is_seen = _COLLISIONS[np.clip(model.geom_group, 0, len(_COLLISIONS) - 1)] > 0
+    alpha = np.where(model.geom_matid >= 0, 1.0, model.geom_rgba[:, 3])
+    if model.nmat:
+        alpha = np.where(model.geom_matid >= 0, model.mat_rgba[model.geom_matid, 3], alpha)
+    apart, direction = data.geom_xpos - start, np.array(way) / length
+    along = np.clip(apart @ direction, 0.0, length)
+    nearest = np.linalg.norm(apart - along[:, None] * direction, axis=1)
+    reach = model.geom_rbound
+    is_met = (reach <= 0.0) | (nearest <= reach + _SLACK * (1.0 + reach))
+    found: list[int] = np.flatnonzero(is_seen & is_met & (alpha > 0.0)).tolist()
+    return found
+
+
+def surfaces_on_ray(
+    world: Engine[Body], geom: int, start: tuple[float, ...], way: tuple[float, ...], step: float
+) -> Iterator[ShapeHit]:
+    """Yield the surfaces of one of `shapes_on_ray` that a ray enters and leaves, nearest first.
+
+    Args:
+        world: the world.
+        geom: the shape.
+        start: (3,) point in the world frame (m).
+        way: (3,) vector from there to the ray's end (m).
+        step: fraction of the ray beyond a surface where the search for the next one starts.
+    """
+    length, behind = math.hypot(*way), 0.0
+    origin, direction = np.array(start), np.array(way) / length
+    while behind < 1.0:
+        distance, normal = _distance_to(world, geom, origin + behind * length * direction, direction)
+        fraction = behind + distance / length
+        if distance < 0.0 or fraction > 1.0:
+            return
+        yield geom, fraction, tuple(normal.tolist())
+        behind = fraction + step
+
+
+def _distance_to(world: Engine[Body], geom: int, start: Array, direction: Array) -> tuple[float, Array]:
+    """Return the distance (m) to a shape along a unit vector, negative without a hit, and the normal."""
+    from roboyard._mujoco import mujoco
+
+    model, data, normal = world.live_model, world.live_data, np.zeros(3)
+    kind = int(model.geom_type[geom])
+    if kind == shape_rays.MESH:
+        return mujoco.mj_rayMesh(model, data, geom, start, direction, normal), normal
+    if kind == shape_rays.HEIGHTFIELD:
+        return mujoco.mj_rayHfield(model, data, geom, start, direction, normal), normal
+    place, turn = data.geom_xpos[geom], data.geom_xmat[geom]
+    distance = mujoco.mju_rayGeom(place, turn, model.geom_size[geom], start, direction, kind, normal)
+    if distance < 0.0 and kind == shape_rays.PLANE and world.profile.hard_contacts:
+        height, along = (start - place) @ turn[2::3], direction @ turn[2::3]
+        if height < 0.0 and along > shape_rays.ALONG:
+            return -height / along, -turn[2::3]
+    return distance, normal
 
 
 def cast_one(world: Engine[Body], start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> RayHit | None:

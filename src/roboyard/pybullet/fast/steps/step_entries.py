@@ -51,13 +51,14 @@ class StepState(NamedTuple):
     new: str = "_new"
     revision: str = "revision"
     inertia_changed: str = "_inertia_changed"
+    boxes: str = "boxes_are_old"
 
 
 _SOURCE = f"""
 ITEMS, SIZE = 3, 2  # of tuples, in words
 COMMAND, PREPARED, KEY, NONE, TRUE, FALSE, IS_DONE, ANSWER, MOVED, VELOCITY_MOVED, KEPT_FRAMES = range(3, 14)
 OLD, SINGLE_READS, FRAMES_REVISION, MOTOR_REVISION, MOTOR_FORCES, WRENCHES, PENDING, PUSHED = range(14, 22)
-NO_FORCE, NEW, CHANGES, INERTIA_CHANGED = range(22, 26)
+NO_FORCE, NEW, CHANGES, INERTIA_CHANGED, BOXES = range(22, 27)
 SCENE, WORLD, PUSHES, MANIFOLDS, REVISION, SAME, EMPTY_DICTS, EMPTY_LISTS, COMMANDS, FLUSH = range(3, 13)
 FIND, FINDS, EXECUTE, EXECUTED, INTEGRATE, INTEGRATED, FINISH, RAISED, HEED = range(13, 22)
 SETTINGS, CHANGED, FORCES, FILL_LINKS, FILL_JOINTS, OF_WORLD, OF_SCENE, SUM_INERTIA = range(22, 30)
@@ -127,6 +128,7 @@ def is_noted(state, scene):
             return False
     owner, attributes, revision = word(scene, SCENE), word(scene, OF_SCENE), word(scene, REVISION)
     note(owner, attributes, word(state, OLD), word(state, FALSE))
+    note(owner, attributes, word(state, BOXES), word(state, FALSE))
     note(owner, attributes, word(state, SINGLE_READS), word(state, KEY))
     note(owner, attributes, word(state, FRAMES_REVISION), revision)
     note(owner, attributes, word(state, MOTOR_REVISION), revision)

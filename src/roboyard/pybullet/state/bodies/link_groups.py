@@ -268,7 +268,7 @@ class SceneBoxes:
         scene, world = self._scene, self._scene.world
         if scene.frames_revision != world.revision:
             scene.frames_are_old = True  # which machine code looks at
-        if scene.frames_are_old:
+        if scene.frames_are_old or scene.boxes_are_old:
             world.link_frames(keeps_last=True)
             return self._arrays
         kept = None if world.is_moved else world.kept_frames

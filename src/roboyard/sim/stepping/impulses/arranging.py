@@ -10,7 +10,7 @@ from roboyard.sim.stepping.impulses.contact_order import order_contacts
 from roboyard.sim.stepping.impulses.entries import copy_entries, entry_of, place_of
 from roboyard.sim.stepping.impulses.grouping import gather_groups, order_parts
 from roboyard.sim.stepping.impulses.point_pairs import push_at_points
-from roboyard.sim.stepping.impulses.records import BY_ENTRY, SORTED, TAKEN_UP, WITHOUT_CONTACTS
+from roboyard.sim.stepping.impulses.records import BY_ENTRY, HALF_TURN, SORTED, TAKEN_UP, WITHOUT_CONTACTS
 from roboyard.sim.stepping.impulses.rows import choose_trees, order_rows
 from roboyard.sim.stepping.impulses.slide_directions import turn_slides
 
@@ -95,6 +95,7 @@ def turn_about_axis(  # pragma: no cover
     site_a, site_b = mechanism.equality_site[equality, 0], mechanism.equality_site[equality, 1]
     a, b = state.site_xmat[site_a], state.site_xmat[site_b]
     spans, jacobian = solver.spans, solver.jacobian
+    solver.order[n, 3] = HALF_TURN
     for k in range(spans[n, 1] + spans[n, 3]):
         jacobian[n, k] = 0.0
     velocity[row] = 0.0

@@ -34,7 +34,7 @@ from roboyard.sim.stepping.impulses.records import BLOCK
 
 def solve_in_turn(  # pragma: no cover
     rows, spans, goals, ends, parts, jacobian, scaled, roots, diagonal, tree_dof, tree_dofs, slots, places,
-    lanes, velocities, rounds, residual, change,
+    lanes, velocities, rounds, residual, is_pyramid, change,
 ):  # fmt: skip
     """Solve row by row, each with the changes of velocity that the others have made, in several rounds.
 
@@ -71,7 +71,7 @@ def solve_in_turn(  # pragma: no cover
                 impulse = min(max(wish, lanes[at + LOW]), lanes[at + HIGH])
                 worst = max(worst, set_impulse(lanes, places, n, impulse, velocities))
             worst = max(worst, push_normals(lanes, places, normals, normals_end, velocities))
-            for n in range(parts[part, 4], parts[part, 5]):
+            for n in range(parts[part, 4], parts[part, 4] if is_pyramid else parts[part, 5]):
                 at = STRIDE * n
                 bound = lanes[at + HIGH] * max(lanes[places[n, NORMAL]], 0.0)
                 if bound > 0.0:
@@ -80,7 +80,10 @@ def solve_in_turn(  # pragma: no cover
                     worst = max(worst, set_impulse(lanes, places, n, impulse, velocities))
             for kind in range(6, 10, 2):
                 first, end = parts[part, kind], parts[part, kind + 1]
-                if first < end:
+                if is_pyramid:
+                    for n in range(first, end, 2):
+                        worst = max(worst, slide_singly(lanes, places, n, velocities))
+                elif first < end:
                     worst = max(worst, slide_pairs(lanes, places, first, end, kind == 8, velocities))
             done += 1.0
             if worst <= least:
@@ -123,6 +126,26 @@ def slide_pairs(lanes, places, first, last, slides, velocities):
         else:
             worst = max(worst, slide_run(lanes, places, n, end, slides, velocities))
         n = end
+    return worst
+
+
+def slide_singly(lanes, places, n, velocities):
+    """Set the impulses of a pair of friction rows one after the other, each within the bound of its own.
+
+    Without a normal impulse they remain. Returns the square of the largest change of their velocities.
+    """
+    at, normal, worst = STRIDE * n, max(lanes[places[n, NORMAL]], 0.0), 0.0
+    for k in range(2):
+        bound = lanes[at + 2 * HIGH + k] * normal
+        if bound <= 0.0:
+            continue
+        wishes, place = wish_pair_of(lanes, places, n, velocities), at + 2 * IMPULSE + k
+        old = lanes[place]
+        lanes[place] = min(max(old + wishes[k], -bound), bound)
+        delta = lanes[place] - old
+        push_pair(lanes, places, n, delta if k == 0 else 0.0, delta if k == 1 else 0.0, velocities)
+        delta *= lanes[at + 2 * OWN + k]
+        worst = max(worst, delta * delta)
     return worst
 
 

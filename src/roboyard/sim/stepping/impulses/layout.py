@@ -12,7 +12,7 @@ velocity and say what an impulse changes.
 from __future__ import annotations
 
 from roboyard.sim.stepping.impulses.grouping import end_of_uncounted
-from roboyard.sim.stepping.impulses.records import BLOCK
+from roboyard.sim.stepping.impulses.records import BLOCK, HALF_TURN
 
 GOAL, IMPULSE, OWN, INVERSE, HIGH, YIELD, NEXT, OVER = range(8)
 """Numbers of a row: the impulse that it asks for at rest, impulse, velocity for a unit of impulse, impulse
@@ -98,7 +98,7 @@ def lay_out(  # pragma: no cover
             unmoved, goals[n, 3] = n, -1.0
         lanes[number + GOAL * step] = goals[n, 0] * inverse
         lanes[number + IMPULSE * step] = 0.0
-        lanes[number + OWN * step] = own
+        lanes[number + OWN * step] = 2.0 * own if rows[n, 3] == HALF_TURN else own
         lanes[number + INVERSE * step] = inverse
         lanes[number + HIGH * step] = goals[n, 2]
         if n < ends[2]:

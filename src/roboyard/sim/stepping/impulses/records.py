@@ -24,8 +24,9 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS, ROWS
     IS_BOUNDED,
     SLOP,
     BY_ENTRY,
+    IS_PYRAMID,
     RULES,
-) = range(17)
+) = range(18)
 """Places in `Solver.rules`."""
 WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
 """Lines of `Solver.lines`, each of as many numbers as there are rows, rounded up to blocks."""
@@ -44,6 +45,8 @@ HIDDEN = -2
 RANK, GROUP, HEAD, RANGE_START, RANGE_END, ONE, TWO, WORK = range(8)
 """Rows of `Points.work`: ranks and the groups of their pairs, as they are sorted; the first contact in the
 order of solution at each rank; ends of ranges to be sorted; turns in which links entered the broad phase."""
+HALF_TURN = -2
+"""In place of a contact's place in the list of normals: of a row of an equality that is for half a turn."""
 EQUALITY_ROWS = 6
 """Most rows of an equality."""
 DENSE = 128
@@ -281,7 +284,7 @@ class Solver(NamedTuple):
     largest: np.ndarray
     """(nv,) bounds of velocities."""
     rules: np.ndarray
-    """(16,) numbers; see TIMESTEP and those that follow."""
+    """(RULES,) numbers; see TIMESTEP and those that follow."""
     taken: np.ndarray
     groups: np.ndarray
     """(ntree,) work array of `order_contacts`."""
@@ -294,7 +297,7 @@ class Solver(NamedTuple):
     others solve all."""
     order: np.ndarray
     """(n, 4) of the rows in the order of solution: row, its trees (-1 for none), the contact's place in the
-    list of normals (-1 for none)."""
+    list of normals (-1 for none, `HALF_TURN`)."""
     spans: np.ndarray
     """(n, 4) first degree of freedom and number of those of both trees, 0 for none."""
     jacobian: np.ndarray

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from roboyard.sim.stepping.impulses.entries import along
 
+LEAST_FRICTION = 1e-5
+"""MuJoCo's smallest coefficient of friction, which contacts without friction have there."""
 LARGEST_LIMIT_IMPULSE = 100.0
 """Bullet's bound on the impulse of a joint limit in a step (N m s or N s)."""
 
@@ -160,7 +162,7 @@ def contact_rows(geom, address, dim, friction, compliance, restitution, R, mu, s
         if compliance[geom[i, 0], 0] > 0.0 or compliance[geom[i, 1], 0] > 0.0:
             soft[row] = R[row]
         for k in range(1, dim[i]):
-            mu[row + k] = friction[i, k - 1]
+            mu[row + k] = friction[i, k - 1] if friction[i, k - 1] > LEAST_FRICTION else 0.0
 
 
 def set_goals(

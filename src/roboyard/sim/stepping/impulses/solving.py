@@ -20,6 +20,7 @@ from roboyard.sim.stepping.impulses.records import (
     DENSE,
     ERP,
     FEW,
+    IS_PYRAMID,
     RESIDUAL,
     ROUNDS,
     SHORT,
@@ -76,8 +77,8 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
                 across[(other + k) * width + n] = jacobian[n, size + k]
         scale_across(mechanism, state, roots, across, width)
         solve_by_table(
-            order, spans, goals, ends, solver.parts, across, rules[ROUNDS], rules[RESIDUAL], solver.table,
-            solver.lines, solver.change,
+            order, spans, goals, ends, solver.parts, across, rules[ROUNDS], rules[RESIDUAL],
+            rules[IS_PYRAMID] > 0.0, solver.table, solver.lines, solver.change,
         )  # fmt: skip
     else:
         for n in range(listed if bent > 0 else 0):
@@ -89,7 +90,7 @@ def solve(rows, contacts, search, mechanism, state, surface, solver):  # pragma:
         solve_in_turn(
             order, spans, goals, ends, solver.parts, jacobian, solver.scaled, roots, plain,
             mechanism.tree_dof, mechanism.tree_dofs, solver.slots, solver.places_of_rows, solver.lanes,
-            solver.velocities, rules[ROUNDS], rules[RESIDUAL], solver.change,
+            solver.velocities, rules[ROUNDS], rules[RESIDUAL], rules[IS_PYRAMID] > 0.0, solver.change,
         )  # fmt: skip
     change_velocities(mechanism, state, roots, solver.change)
     if solver.ends[5] == count:

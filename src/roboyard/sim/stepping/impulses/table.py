@@ -19,11 +19,21 @@ from roboyard.sim.stepping.impulses.blocks import (
     take_two_blocks,
 )
 from roboyard.sim.stepping.impulses.grouping import end_of_uncounted
-from roboyard.sim.stepping.impulses.records import BLOCK, CUT, HIGH, IMPULSE, INVERSE, LOW, OWN, WISH
+from roboyard.sim.stepping.impulses.records import (
+    BLOCK,
+    CUT,
+    HALF_TURN,
+    HIGH,
+    IMPULSE,
+    INVERSE,
+    LOW,
+    OWN,
+    WISH,
+)
 
 
 def solve_by_table(  # pragma: no cover
-    rows, spans, goals, ends, parts, across, rounds, residual, table, lines, change
+    rows, spans, goals, ends, parts, across, rounds, residual, is_pyramid, table, lines, change
 ):
     """Do what `solve_in_turn` does, for a bounded number of rows, with their effect on each other.
 
@@ -33,7 +43,7 @@ def solve_by_table(  # pragma: no cover
     """
     count = ends[4]
     width = (count + BLOCK - 1) // BLOCK * BLOCK
-    unmoved = write_table(spans, goals, count, across, table, lines, width)
+    unmoved = write_table(rows, spans, goals, count, across, table, lines, width)
     most = 0.0
     for part in range(parts[parts.shape[0] - 1, 0]):
         done = 0.0
@@ -48,11 +58,12 @@ def solve_by_table(  # pragma: no cover
             else:
                 worst = push_rows(lines, table, joints_end - 1, joints_end - joints, -1, width)
             worst = max(worst, push_rows(lines, table, normals, normals_end - normals, 1, width))
-            for n in range(parts[part, 4], parts[part, 5]):
-                bound = lines[HIGH * width + n] * max(lines[IMPULSE * width + rows[n, 3]], 0.0)
-                if bound > 0.0:
-                    worst = max(worst, push(lines, table, n, -bound, bound, width))
-            for kind in range(6, 10, 2):
+            for kind in range(6 if is_pyramid else 4, 10 if is_pyramid else 6, 2):
+                for n in range(parts[part, kind], parts[part, kind + 1]):
+                    bound = lines[HIGH * width + n] * max(lines[IMPULSE * width + rows[n, 3]], 0.0)
+                    if bound > 0.0:
+                        worst = max(worst, push(lines, table, n, -bound, bound, width))
+            for kind in range(10 if is_pyramid else 6, 10, 2):
                 first, end = parts[part, kind], parts[part, kind + 1]
                 if first < end:
                     worst = max(worst, slide_rows(lines, table, rows, first, ends[3], end, width))
@@ -70,7 +81,7 @@ def solve_by_table(  # pragma: no cover
     return most
 
 
-def write_table(spans, goals, count, across, table, lines, width):
+def write_table(rows, spans, goals, count, across, table, lines, width):
     """Write what unit impulses take from the wishes of rows, and the lines before the first round.
 
     Returns the number of the last row that no impulse moves, or -1.
@@ -101,7 +112,8 @@ def write_table(spans, goals, count, across, table, lines, width):
             add_product(table, at, across, n, m, width)
         own = table[at + n] + goals[n, 4] - goals[n, 5]
         inverse = 1.0 / own if own > 1e-15 else 0.0
-        lines[OWN * width + n], lines[INVERSE * width + n] = own, inverse
+        lines[INVERSE * width + n] = inverse
+        lines[OWN * width + n] = 2.0 * own if rows[n, 3] == HALF_TURN else own
         if inverse == 0.0:
             unmoved, goals[n, 3] = n, -1.0
         lines[WISH * width + n] = goals[n, 0] * inverse

@@ -73,7 +73,7 @@ class SequentialMotors:
         self._manifolds, self._constraints = manifolds, constraints
         self._rounds: int = world.profile.motor_rounds
         self._residual: float = world.profile.motor_residual
-        self._by_entry = False
+        self._by_entry = self._is_pyramid = False
         self._largest: np.ndarray | None = None
         self._unbounded = np.zeros(0)
         """(nv,) infinite bounds."""
@@ -122,6 +122,15 @@ class SequentialMotors:
         if self._by_entry != by_entry:
             self._by_entry = by_entry
             self._manifolds.points.notes[r.SORTED] = 0
+            self.refresh()
+
+    def limit_friction(self, *, singly: bool) -> None:
+        """Set whether friction is bounded in each of its two directions alone, not by a cone.
+
+        Nothing then resists contacts' spinning.
+        """
+        if self._is_pyramid != singly:
+            self._is_pyramid = singly
             self.refresh()
 
     def bound_velocities(self, largest: np.ndarray | None) -> None:
@@ -366,7 +375,7 @@ class SequentialMotors:
             self._bundle = None
         written = (
             *(timestep, profile, self._residual, self._rounds, surfaces.are_compliant, world.hard_contacts),
-            *(self._manifolds.keeps, self._largest is not None, self._by_entry),
+            *(self._manifolds.keeps, self._largest is not None, self._by_entry, self._is_pyramid),
         )
         if written != self._written:
             self._written = written
@@ -431,7 +440,7 @@ class SequentialMotors:
         rules[r.LIMITS_ARE_HARD], rules[r.CONTACTS_ARE_HARD] = profile.hard_contacts, world.hard_contacts
         rules[r.KEEPS_POINTS], rules[r.SEEN] = self._manifolds.keeps, 2 * profile.contact_margin
         rules[r.IS_BOUNDED], rules[r.SLOP] = self._largest is not None, profile.contact_slop
-        rules[r.BY_ENTRY] = self._by_entry
+        rules[r.BY_ENTRY], rules[r.IS_PYRAMID] = self._by_entry, self._is_pyramid
 
     def _order(self, mechanism: r.Mechanism, model: Any) -> None:
         """Write the order of solution."""
