@@ -66,7 +66,7 @@ class FinderLoader(SourceFileLoader):
     stored = os.path.join(cache_folder(os.path.dirname(__file__)), f"finder-{sys.flags.optimize}")
     """The file."""
     content: bytes | None = None
-    """What the file should have, where it has other content."""
+    """Content that the file should have, where it has another one."""
 
     def get_code(self, fullname: str) -> CodeType | None:
         """Return the code of the module."""

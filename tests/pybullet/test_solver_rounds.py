@@ -200,7 +200,7 @@ def test_friction_without_a_cone_is_pybullets(arm):
 
 
 def test_rounds_of_a_fixed_constraint_end_with_its_turns(arm):
-    """What is left of the turns of a body that its constraint pulls down is PyBullet's."""
+    """The rest of the turns of a body that its constraint pulls down is PyBullet's."""
     p.setGravity(0, 0, -9.8)
     box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.15, 0.05])
     body = p.createMultiBody(

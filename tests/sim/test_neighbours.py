@@ -1,4 +1,4 @@
-"""What links of spherical joints give each other, against MuJoCo's Jacobians and inertia."""
+"""Effects of links of spherical joints on each other, against MuJoCo's Jacobians and inertia."""
 
 from __future__ import annotations
 

@@ -301,7 +301,7 @@ def _bounds_by_link(
 ) -> dict[int, LinkBounds]:
     """Return the bounds of links, -1 for the base, that are known: those of meshes take long.
 
-    Links whose inertial frame Bullet shows with another sign are left out; see `matrix_signed`.
+    Links whose inertial frame Bullet shows with another sign are omitted; see `matrix_signed`.
     """
     known = {(id(frame), id(collisions)): bounds for frame, collisions, bounds in seen}
     found = {}

@@ -63,7 +63,7 @@ class Call(NamedTuple):
     free: Any = None
     """The function of Python where it is no command."""
     error: type[Exception] = error
-    """What scripts get as it was raised."""
+    """Exceptions that scripts get as they were raised."""
     integers: Any = None
     short_integers: Any = None
     """NumPy's types of 64 and 32 bits."""

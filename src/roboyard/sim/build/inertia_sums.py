@@ -1,6 +1,6 @@
-"""What MuJoCo computes of masses, computed again for free bodies alone whose mass has changed.
+"""Sums that MuJoCo computes of masses, computed again for free bodies alone whose mass has changed.
 
-`mj_setConst` computes it for all bodies, which takes longer than a step of a few robots.
+`mj_setConst` computes them for all bodies, which takes longer than a step of a few robots.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ _FEW = 4
 
 
 class LinkSettings(Protocol):
-    """What scripts change of a link that its shapes depend on."""
+    """Settings of a link that its shapes depend on, which scripts change."""
 
     frame: Pose
     """Inertial frame in the link frame."""

@@ -112,7 +112,7 @@ class ReactionReader:
         self._out = np.zeros(6)
         self._of: JointWrenches | None = None
         self._found: dict[int, tuple[float, ...]] = {}
-        """What was read of these wrenches, by joint."""
+        """Numbers that were read of these wrenches, by joint."""
 
     def read(self, wrenches: JointWrenches, joint: int) -> tuple[float, ...]:
         """Return force (N) and torque (N m) in a joint."""

@@ -1,4 +1,4 @@
-"""What links that a spherical joint joins give each other through their tree, in a time linear in its size.
+"""Effects on each other of links that a spherical joint joins, through their tree, in linear time.
 
 Spatial vectors are MuJoCo's: turns, then moves, about one point for the whole tree, so that nothing has to be
 moved from link to link.

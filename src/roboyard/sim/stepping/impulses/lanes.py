@@ -139,9 +139,9 @@ def slide_singly(lanes, places, n, velocities):
         bound = lanes[at + 2 * HIGH + k] * normal
         if bound <= 0.0:
             continue
-        wishes, place = wish_pair_of(lanes, places, n, velocities), at + 2 * IMPULSE + k
+        asked, place = wish_pair_of(lanes, places, n, velocities), at + 2 * IMPULSE + k
         old = lanes[place]
-        lanes[place] = min(max(old + wishes[k], -bound), bound)
+        lanes[place] = min(max(old + asked[k], -bound), bound)
         delta = lanes[place] - old
         push_pair(lanes, places, n, delta if k == 0 else 0.0, delta if k == 1 else 0.0, velocities)
         delta *= lanes[at + 2 * OWN + k]
