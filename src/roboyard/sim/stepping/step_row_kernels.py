@@ -1,9 +1,10 @@
 """A step's contacts and constraint rows as arguments of compiled loops; see `step_rows`."""
 
-from typing import NamedTuple
+from __future__ import annotations
 
 import numpy as np
 
+from roboyard._records import NamedTuple
 from roboyard.native import compiled, record
 
 
