@@ -30,11 +30,11 @@ class BaseRows(NamedTuple):
             before: the poses that it has.
             now: those that it gets.
         """
+        if now[0].tobytes() == before[0].tobytes() and now[1].tobytes() == before[1].tobytes():
+            return False
         pairs = zip(now, before, strict=True)
         differ = [(new.view(np.int64) != old.view(np.int64)).any(axis=1) for new, old in pairs]
         moved = np.flatnonzero(differ[0] | differ[1])
-        if not len(moved):
-            return False
         positions, quaternions = now[0][moved], now[1][moved]
         rows, firsts = self.bodies[moved], self.positions[moved]
         model.body_pos[rows], model.body_quat[rows] = positions, quaternions
