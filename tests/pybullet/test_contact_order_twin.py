@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,8 @@ class _Order:
         self.tree, self.leaves = BoxTree(), dict[int, Node]()
         self.pairs: list[tuple[int, int]] = []
         self.ranked: list[tuple[int, int]] = []
+        self.lists: dict[tuple[int, int], list[tuple[int, int]]] = {}
+        """Pairs of parts of two compounds with ranks, the last of which takes the place of one that ends."""
         self.checked, self.added, self.is_refreshed = 0, 0, False
         self.trees = model.body_treeid
         self.places = list(dict.fromkeys(int(self.trees[k]) for k in links if self.trees[k] >= 0))
@@ -95,6 +98,8 @@ class _Order:
 
     def _end_pair(self, place: int) -> None:
         one, two = self.pairs[place]
+        for pair in self.lists.pop((one, two), []):
+            self._end_rank(pair)
         for a in self.links[one]:
             for b in self.links[two]:
                 self._end_rank((min(a, b), max(a, b)))
@@ -126,16 +131,48 @@ class _Order:
             self._end_pairs(met)
         else:
             self.tree.way += 1
-        for one, two in self.pairs:
-            geoms = self.links[one] + self.links[two]
-            first, second = sorted((one, two), key=self._place)
-            for b in self._visited(second):
-                for a in self._visited(first):
-                    pair = min(a, b), max(a, b)
-                    if self.compound[geoms].any() and not _meet(of_geoms[a], of_geoms[b]):
-                        self._end_rank(pair)
-                    elif pair not in self.ranked:
-                        self.ranked.append(pair)
+        for links in self.pairs:
+            self._rank(links, of_geoms, data)
+
+    def _rank(self, links: tuple[int, int], of_geoms: dict[int, np.ndarray], data: Any) -> None:
+        """Give pairs of shapes ranks, then end those of parts whose boxes have parted."""
+        first, second = sorted(links, key=self._place)
+        has_parts, listed = bool(self.compound[self.links[first][0]]), self.lists.setdefault(links, [])
+        is_list = bool(self.compound[self.links[second][0]])
+        for a, b in _descend(self._tree(first), self._tree(second)):
+            pair = min(a, b), max(a, b)
+            if pair in self.ranked or (has_parts and not _meet(of_geoms[a], of_geoms[b])):
+                continue
+            if has_parts and not self._meet_along(data, (a, first), (b, second)):
+                continue
+            self.ranked.append(pair)
+            if is_list:
+                listed.append(pair)
+        pairs = [(min(a, b), max(a, b)) for a in self.links[first] for b in self.links[second]]
+        for pair in listed.copy() if is_list else pairs:
+            if has_parts and pair in self.ranked and not _meet(of_geoms[pair[0]], of_geoms[pair[1]]):
+                self._end_rank(pair)
+                if is_list:
+                    _take_out(listed, listed.index(pair))
+
+    def _meet_along(self, data: Any, one: tuple[int, int], two: tuple[int, int]) -> bool:
+        """Return whether boxes of two parts meet along the axes of the first one's link."""
+        (a, link), (b, other) = one, two
+        axes = _axes(self.covers[link])
+        if axes is None:
+            return True
+        turn, away = data.xmat[link].reshape(3, 3), data.xmat[other].reshape(3, 3)
+        across = axes @ turn.T @ away
+        own, others = self.parts[a], self.parts[b]
+        half = np.abs(own[1:4] @ axes.T).sum(axis=0) + own[4]
+        frame = _axes(self.covers[other]) if self.compound[b] else None
+        if frame is None:
+            half = half + np.abs(others[1:4] @ across.T).sum(axis=0) + others[4]
+        else:
+            inner = np.abs(others[1:4] @ frame.T).sum(axis=0) + others[4]
+            half = half + np.abs(across @ frame.T) @ inner
+        gap = data.xpos[link] + turn @ own[0] - data.xpos[other] - away @ others[0]
+        return bool((np.abs(axes @ turn.T @ gap) <= half).all())
 
     def _place(self, link: int) -> tuple[int, int]:
         """Return what is less for the link of two that Bullet lists first."""
@@ -143,10 +180,17 @@ class _Order:
         kind = 2 if self.model.geom_type[geom] == 0 else 0 if self.compound[geom] else 1
         return kind, self.entered.index(link)
 
-    def _visited(self, link: int) -> list[int]:
-        """Return a link's geoms in the order in which they are visited."""
+    def _tree(self, link: int) -> Any:
+        """Return a link's tree: a geom, or both sides of a node, of which the first one is visited first."""
         geoms = self.links[link]
-        return [geoms[self.visits[geom]] for geom in geoms]
+
+        def below(node: int, found: list[int]) -> Any:
+            if len(found) == 1:
+                return found[0]
+            side = abs(int(self.visits[geoms[node], 1]))
+            return below(node + 1, found[:side]), below(node + side, found[side:])
+
+        return below(0, [geoms[self.visits[geom, 0]] for geom in geoms])
 
     def _end_pairs(self, fresh: int) -> None:
         left = min(len(self.pairs), max(fresh, len(self.pairs) // 10))
@@ -192,6 +236,23 @@ def _turned(box: np.ndarray, place: np.ndarray, turn: np.ndarray, more: np.ndarr
     middle, *edges = box @ turn.T
     half = np.abs(edges).sum(axis=0) + more
     return place + middle + np.array([-half, half])
+
+
+def _axes(cover: np.ndarray) -> np.ndarray | None:
+    """Return the axes (3, 3) of a box, None for one without."""
+    lengths = np.linalg.norm(cover[1:4], axis=1)
+    return cover[1:4] / lengths[:, None] if lengths.all() else None
+
+
+def _descend(one: Any, two: Any) -> Iterator[tuple[Any, Any]]:
+    """Return the pairs of leaves of two trees that are gone down at once, the second one's sides in turn."""
+    sides, others = one if isinstance(one, tuple) else (one,), two if isinstance(two, tuple) else (two,)
+    if len(sides) + len(others) == 2:
+        yield one, two
+        return
+    for b in others:
+        for a in sides:
+            yield from _descend(a, b)
 
 
 def _wider(box: np.ndarray, width: float) -> np.ndarray:
@@ -298,7 +359,7 @@ def test_contacts_are_in_the_order_of_a_plain_version(client: int, seed: int) ->
         wanted = order.contacts(geoms, apart, points.slots[: len(geoms)].tolist(), joined)
         listed, ranked = points.notes[LISTED], points.notes[RANKED]
         assert [tuple(pair) for pair in points.pairs[:2, :listed].T.tolist()] == order.pairs, step
-        ranks = [tuple(pair) for pair in points.ranked[:, :ranked].T.tolist()]
+        ranks = [tuple(pair) for pair in points.ranked[:2, :ranked].T.tolist()]
         assert ranks == order.ranked and points.notes[CHECKED] == order.checked, step
         assert points.sequence[: points.notes[TAKEN_UP]].tolist() == wanted, step
         most = max(most, len(wanted))

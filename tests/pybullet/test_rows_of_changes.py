@@ -72,7 +72,7 @@ def _arrays(client: int) -> dict[str, np.ndarray]:
         "boxes": points.nodes[points.leaves[links]],
         "order": np.array(_order(points)),
         "pairs": points.pairs[:, :listed],
-        "ranked": points.ranked[:, :ranked],
+        "ranked": points.ranked[:2, :ranked],
         "checked": notes[[CHECKED]],
         "keys": points.keys[table, :pairs],
         "counts": points.counts[table, :pairs],

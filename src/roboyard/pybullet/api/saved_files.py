@@ -179,6 +179,7 @@ def _pairs_in(
         pairs=_numbered(pairs[kept[0]], bodies),
         states=np.where(states[kept[0]] == HIDDEN, HIDDEN, -1).astype(np.int32),
         ranked=_numbered(ranked[kept[1]], bodies),
+        ends=np.arange(np.count_nonzero(kept[1]), dtype=np.int32),
         checked=int(checked),
         links=_numbered(links[known], bodies),
         leaves=leaves,

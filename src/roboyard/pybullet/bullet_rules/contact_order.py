@@ -82,18 +82,23 @@ def tangents(normal: Vector3) -> tuple[Vector3, Vector3]:
     return first, (-z * first[1], z * first[0], squared * scale)
 
 
-def visits_of(parts: Array, sizes: Sequence[int], frame: Pose) -> list[int]:
-    """Return the parts of a link in the order in which they are visited.
+def visits_of(parts: Array, sizes: Sequence[int], frame: Pose, *, nests: bool) -> list[tuple[int, int]]:
+    """Return the parts of a link in the order in which they are visited, and the tree's nodes.
 
     Args:
         parts: (n, 5, 3) boxes around them; see `ShapeForms`.
         sizes: number of parts of each shape of the link.
         frame: inertial frame in the link frame, along whose axes the boxes of the tree are.
+        nests: whether each shape is a compound within the link's.
+
+    Returns:
+        The n rows of `ShapeForms.visits`.
     """
-    if sum(sizes) != len(parts):
-        return list(range(len(parts)))
-    if len(sizes) == len(parts) <= 2:
-        return list(range(len(parts)))[::-1]
+    count = len(parts)
+    if sum(sizes) != count:
+        return [(place, 1) for place in range(count)]
+    if len(sizes) == count == 2:
+        return [(1, 1), (0, 0)]
     turn = matrix_from_quaternion(frame.quaternion)
     middles = (parts[:, 0] - np.asarray(frame.position)) @ turn
     halves = np.abs(parts[:, 1:4] @ turn).sum(axis=1) + parts[:, 4]
@@ -102,26 +107,45 @@ def visits_of(parts: Array, sizes: Sequence[int], frame: Pose) -> list[int]:
     for size in sizes:
         groups.append(list(range(first, first + size)))
         first += size
-    around = [np.concatenate([boxes[g, :3].min(axis=0), boxes[g, 3:].max(axis=0)]) for g in groups if g]
     groups = [group for group in groups if group]
-    return [
-        groups[place][inner]
-        for place in _order_of(np.array(around))
-        for inner in _order_of(boxes[groups[place]])
-    ]
+    around = [np.concatenate([boxes[g, :3].min(axis=0), boxes[g, 3:].max(axis=0)]) for g in groups]
+    branches = list[_Branch]()
+    for group in groups:
+        order, nodes = _tree_of(boxes[group], [([place], []) for place in group])
+        branches.append((order, [-node for node in nodes] if nests or len(groups) > 1 else nodes))
+    order, nodes = _tree_of(np.array(around), branches)
+    return list(zip(order, [*nodes, 0], strict=True))
 
 
-def _order_of(boxes: Array) -> list[int]:
-    """Return boxes (n, 6) in the order in which a tree to which they were added in turn is visited."""
-    if len(boxes) <= 2:
-        return list(range(len(boxes)))[::-1]
+_Branch = tuple[list[int], list[int]]
+"""Parts in the order in which they are visited, and of each node above them, from the root down, the number
+of parts on its side that is visited first."""
+
+
+def _tree_of(boxes: Array, branches: Sequence[_Branch]) -> _Branch:
+    """Return the tree to whose leaves, the boxes (n, 6), branches were added in turn."""
+    if len(boxes) == 1:
+        return branches[0]
     leaves, _, ties, tree = tree_of_boxes(boxes)
-    place_of = {leaf: place for place, leaf in enumerate(leaves.tolist())}
-    found, stack = list[int](), [int(tree[ROOT])]
+    branch_of = dict(zip(leaves.tolist(), branches, strict=True))
+    order, nodes, stack = list[int](), list[int](), [int(tree[ROOT])]
     while stack:
         node = stack.pop()
-        if node in place_of and ties[node, SECOND] < 0:
-            found.append(place_of[node])
+        if ties[node, SECOND] < 0:
+            order += branch_of[node][0]
+            nodes += branch_of[node][1]
+            continue
+        nodes.append(_parts_below(ties, branch_of, int(ties[node, SECOND])))
+        stack += [int(ties[node, FIRST]), int(ties[node, SECOND])]
+    return order, nodes
+
+
+def _parts_below(ties: np.ndarray, branch_of: dict[int, _Branch], node: int) -> int:
+    count, stack = 0, [node]
+    while stack:
+        node = stack.pop()
+        if ties[node, SECOND] < 0:
+            count += len(branch_of[node][0])
         else:
             stack += [int(ties[node, FIRST]), int(ties[node, SECOND])]
-    return found
+    return count

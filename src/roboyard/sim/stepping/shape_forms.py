@@ -26,7 +26,9 @@ class ShapeForms:
     compound: np.ndarray
     """(ngeom,) 1 for the parts of compounds, 2 for those of compounds within these, else 0."""
     visits: np.ndarray
-    """(ngeom,) of each link's n-th geom, the place in the link of the one that is visited as the n-th."""
+    """(ngeom, 2) of each link's n-th geom, the place in the link of the one that is visited as the n-th; of
+    the n-th node of its tree of parts, from the root down, how many parts are on the side that is visited
+    first, below 0 for nodes of a compound within another; see `rank_pair`."""
     rounding: Array
     """(ngeom,) radii of the edges (m), 0 for shapes without."""
     hulls: Array
@@ -42,7 +44,7 @@ def no_forms() -> ShapeForms:
         covers=np.zeros((0, 5, 3)),
         parts=np.zeros((0, 5, 3)),
         compound=np.zeros(0, np.uint8),
-        visits=np.zeros(0, np.int32),
+        visits=np.zeros((0, 2), np.int32),
         rounding=np.zeros(0),
         hulls=np.zeros((0, 3)),
         spans=np.zeros((0, 2), np.int32),

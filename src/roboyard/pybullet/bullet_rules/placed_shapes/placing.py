@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roboyard._records import dataclass
-from roboyard.pybullet.bullet_rules.contact_order import visits_of
+from roboyard.pybullet.bullet_rules.contact_order import CONVEX, NESTED, visits_of
 from roboyard.pybullet.bullet_rules.mesh_objects import split_geometry
 from roboyard.pybullet.bullet_rules.placed_shapes.boxes import (
     ENDLESS_BOX,
@@ -23,7 +23,11 @@ from roboyard.transforms import Array
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.models import LinkModel
 
-_ONE_LENGTH, _NO_COMPOUND, _FIRST_VISIT = np.zeros(1, np.int32), np.zeros(1, np.uint8), np.zeros(1, np.int32)
+_ONE_LENGTH, _NO_COMPOUND, _FIRST_VISIT = (
+    np.zeros(1, np.int32),
+    np.zeros(1, np.uint8),
+    np.zeros((1, 2), np.int32),
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +52,7 @@ class PlacedShapes:
     compound: np.ndarray
     """(n,) 1 for the parts of compounds, 2 for those of compounds within these, else 0."""
     visits: np.ndarray
-    """(n,) as in `ShapeForms`."""
+    """(n, 2) as in `ShapeForms`."""
 
     def at(self, links: Sequence[Sequence[int]]) -> PlacedShapes:
         """Return the same shapes at other geoms, as many of each link."""
@@ -105,22 +109,27 @@ def place_shapes(
         lengths=np.array([len(hull) for hull in found.hulls], np.int32),
         has_hulls=any(map(len, found.hulls)),
         compound=compound,
-        visits=_visits(found, links, models),
+        visits=_visits(found, links, models, compound),
     )
 
 
-def _visits(found: ShapeBoxes, links: Sequence[Sequence[int]], models: Sequence[LinkModel]) -> np.ndarray:
+def _visits(
+    found: ShapeBoxes,
+    links: Sequence[Sequence[int]],
+    models: Sequence[LinkModel],
+    compound: np.ndarray,
+) -> np.ndarray:
     """Return the order in which the parts of each link are visited; see `ShapeForms`."""
-    order, first = list[int](), 0
+    visits, first = np.zeros((len(compound), 2), np.int32), 0
     for rows, link in zip(links, models, strict=True):
         count = len(rows)
-        if count < 2:
-            order += [0] * count
-        else:
+        if count > 1:
             sizes = [1 if shape.concave else len(split_geometry(shape.geometry)) for shape in link.collisions]
-            order += visits_of(found.parts[first : first + count], sizes, link.frame)
+            rows_of = slice(first, first + count)
+            nests = bool((compound[rows_of] == NESTED - CONVEX).all())
+            visits[rows_of] = visits_of(found.parts[rows_of], sizes, link.frame, nests=nests)
         first += count
-    return np.array(order, np.int32)
+    return visits
 
 
 def place_plain(shape: PlainShape, margin: float, row: int) -> PlacedShapes:

@@ -226,7 +226,7 @@ def shape_forms(model: Any, bodies: Sequence[tuple[PlacedShapes, np.ndarray]]) -
     covers, parts = np.empty((model.nbody, 5, 3)), np.empty((geoms, 5, 3))
     covers[:] = parts[:] = ENDLESS_COVER
     rounding, spans = np.zeros(geoms), np.zeros((geoms, 2), np.int32)
-    visits = np.zeros(geoms, np.int32)
+    visits = np.zeros((geoms, 2), np.int32)
     hulls: Hulls = {}
     if bodies:
         places = np.array([geom for body, _ in bodies for geom in body.geoms], np.intp)

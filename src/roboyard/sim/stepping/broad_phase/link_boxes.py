@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from roboyard.sim.stepping.impulses.records import STEPS
 
 EVERYWHERE = 1e18
@@ -63,6 +65,60 @@ def half_size(xmat, link, axis, boxes, item):
     half = boxes[item, 4, axis]
     for edge in range(1, 4):
         half += abs(turned(xmat, link, axis, boxes, item, edge))
+    return half
+
+
+def meets_along(state, surface, a, one, b, two):
+    """Return whether the boxes of two parts meet along the axes of the box of the first one's link.
+
+    Bullet compares a part's box along its own link's axes, which it surrounds along those of the first link.
+    """
+    xmat = state.xmat
+    for axis in range(1, 4):
+        x = turned(xmat, one, 0, surface.covers, one, axis)
+        y = turned(xmat, one, 1, surface.covers, one, axis)
+        z = turned(xmat, one, 2, surface.covers, one, axis)
+        length = math.sqrt(x * x + y * y + z * z)
+        if length == 0.0 or length >= EVERYWHERE:
+            continue
+        x, y, z = x / length, y / length, z / length
+        gap = x * (state.xpos[one, 0] + turned(xmat, one, 0, surface.parts, a, 0))
+        gap += y * (state.xpos[one, 1] + turned(xmat, one, 1, surface.parts, a, 0))
+        gap += z * (state.xpos[one, 2] + turned(xmat, one, 2, surface.parts, a, 0))
+        gap -= x * (state.xpos[two, 0] + turned(xmat, two, 0, surface.parts, b, 0))
+        gap -= y * (state.xpos[two, 1] + turned(xmat, two, 1, surface.parts, b, 0))
+        gap -= z * (state.xpos[two, 2] + turned(xmat, two, 2, surface.parts, b, 0))
+        if abs(gap) > half_along(xmat, one, surface.parts, a, x, y, z) + half_around(
+            xmat, two, surface, b, x, y, z
+        ):
+            return False
+    return True
+
+
+def half_around(xmat, link, surface, part, x, y, z):
+    """Return half the size (m) along a unit vector of a part's box, of a compound's along the link's axes."""
+    if surface.compound[part] == 0:
+        return half_along(xmat, link, surface.parts, part, x, y, z)
+    half = 0.0
+    for axis in range(1, 4):
+        u = turned(xmat, link, 0, surface.covers, link, axis)
+        v = turned(xmat, link, 1, surface.covers, link, axis)
+        w = turned(xmat, link, 2, surface.covers, link, axis)
+        length = math.sqrt(u * u + v * v + w * w)
+        if length == 0.0:
+            return half_along(xmat, link, surface.parts, part, x, y, z)
+        u, v, w = u / length, v / length, w / length
+        half += half_along(xmat, link, surface.parts, part, u, v, w) * abs(u * x + v * y + w * z)
+    return half
+
+
+def half_along(xmat, link, boxes, item, x, y, z):
+    """Return half the size (m) along a unit vector of one of the boxes in the frame of a link."""
+    half = max(boxes[item, 4, 0], boxes[item, 4, 1], boxes[item, 4, 2])
+    for edge in range(1, 4):
+        along = x * turned(xmat, link, 0, boxes, item, edge)
+        along += y * turned(xmat, link, 1, boxes, item, edge)
+        half += abs(along + z * turned(xmat, link, 2, boxes, item, edge))
     return half
 
 

@@ -32,8 +32,8 @@ WISH, INVERSE, LOW, HIGH, IMPULSE, OWN, CUT, LINES = range(8)
 """Lines of `Solver.lines`, each of as many numbers as there are rows, rounded up to blocks."""
 (
     PAIRS, TABLE, EXTRA, HELD, LISTED, RANKED, CHECKED, FULL, RENUMBERED, SORTED, TAKEN_UP, SHAPES, REFRESHED,
-    ORDERED, LINKS, STEPS, NOTES,
-) = range(17)  # fmt: skip
+    ORDERED, LINKS, STEPS, GIVEN, NOTES,
+) = range(18)  # fmt: skip
 """Places in `Points.notes`."""
 PART_KIND, PART_INDEX, PART_SIZE, PART_TREE, PART_RANK, PART_GROUP, PART_START, PART_END, PART = range(9)
 """Rows of `Mechanism.parts`: kind, first degree of freedom or equality, number of rows of a motor, tree; then
@@ -45,6 +45,8 @@ HIDDEN = -2
 RANK, GROUP, HEAD, RANGE_START, RANGE_END, ONE, TWO, WORK = range(8)
 """Rows of `Points.work`: ranks and the groups of their pairs, as they are sorted; the first contact in the
 order of solution at each rank; ends of ranges to be sorted; turns in which links entered the broad phase."""
+NODES_OF_PARTS = 6
+"""Numbers in `Points.stack` of each pair of nodes that `rank_pair` has yet to visit."""
 HALF_TURN = -2
 """In place of a contact's place in the list of normals: of a row of an equality that is for half a turn."""
 EQUALITY_ROWS = 6
@@ -225,12 +227,13 @@ class Points(NamedTuple):
     tree: np.ndarray
     """The tree of boxes, which are larger than those of the links; see `box_tree`."""
     stack: np.ndarray
-    """(nbody + 2,) work array of `add_pairs`."""
+    """(n,) work array of `add_pairs` and of `rank_pair`."""
     pairs: np.ndarray
     """(3, n) links whose boxes meet, the smaller number first; 0 where all their shapes have ranks, -1 where
     this is to be looked at, `HIDDEN` for pairs that never touch."""
     ranked: np.ndarray
-    """(2, n) pair of geoms at each rank, the smaller number first."""
+    """(3, n) pair of geoms at each rank, the smaller number first; then a number in whose order those of two
+    links end."""
     table: np.ndarray
     rank_table: np.ndarray
     """Tables of the places of `pairs` and of `ranked`; see `pair_table`."""
@@ -243,11 +246,12 @@ class Points(NamedTuple):
     refreshed: np.ndarray
     """(n,) links that get new boxes and pairs, one after the other."""
     notes: np.ndarray
-    """(16,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
+    """(17,) number of pairs that keep points, their table, numbers of points to be added to the contacts and
     of contacts moved to anchors; numbers of pairs whose boxes meet and of those with ranks, the next to be
     checked, 1 where there was no room for one, 1 where bodies changed, 2 where the tables are to be filled,
     1 where `work` is sorted and 2 where parts of the mechanism are, too, length of the sequence, number of
-    geoms of bodies, number of links in `refreshed`, length of `listing`, number of links, number of steps."""
+    geoms of bodies, number of links in `refreshed`, length of `listing`, number of links, number of steps,
+    number of ranks given so far."""
 
 
 class Surface(NamedTuple):
@@ -267,7 +271,7 @@ class Surface(NamedTuple):
     """(ngeom, 5, 3) boxes around shapes; see `place_box`."""
     compound: np.ndarray
     visits: np.ndarray
-    """(ngeom,) of each link's n-th geom, the place in the link of the one that is visited as the n-th."""
+    """(ngeom, 2) order and tree of the parts of each link; see `ShapeForms`."""
     rounding: np.ndarray
     hulls: np.ndarray
     spans: np.ndarray
@@ -354,7 +358,7 @@ POINTS = record(
 SURFACE = record(
     Surface,
     "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[:,:,::1] f8[:,:,::1] f8[:,:,::1] u1[::1]"
-    " i4[::1] f8[::1] f8[:,::1] i4[:,::1] u1[::1] f8[::1]",
+    " i4[:,::1] f8[::1] f8[:,::1] i4[:,::1] u1[::1] f8[::1]",
 )
 SOLVER = record(
     Solver,

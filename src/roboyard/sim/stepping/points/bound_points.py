@@ -26,6 +26,7 @@ from roboyard.sim.stepping.impulses.point_arrays import (
 from roboyard.sim.stepping.impulses.records import (
     CHECKED,
     FULL,
+    GIVEN,
     LINKS,
     LISTED,
     PAIRS,
@@ -235,7 +236,8 @@ class BoundPoints:
             met=MetPairs(
                 pairs=bound.link_owners[now.pairs[:2, :listed].T],
                 states=now.pairs[2, :listed].copy(),
-                ranked=bound.owners[now.ranked[:, :ranked].T],
+                ranked=bound.owners[now.ranked[:2, :ranked].T],
+                ends=now.ranked[2, :ranked].copy(),
                 checked=int(now.notes[CHECKED]),
                 links=bound.link_owners[order],
                 leaves=now.leaves[order],
@@ -417,15 +419,17 @@ class BoundPoints:
             if one != two and one in nodes and two in nodes and one in links and two in links
         }
         ranked = {
-            (*sorted((number[one], number[two])),): None
-            for one, two in left.ranked
+            (*sorted((number[one], number[two])),): end
+            for one, two, end in left.ranked
             if one != two and one in number and two in number
         }
         points.pairs[:, : len(pairs)] = np.reshape(
             [(*pair, state) for pair, state in pairs.items()], (-1, 3)
         ).T
-        points.ranked[:, : len(ranked)] = np.reshape([*ranked], (-1, 2)).T
+        points.ranked[:2, : len(ranked)] = np.reshape([*ranked], (-1, 2)).T
+        points.ranked[2, : len(ranked)] = [*ranked.values()]
         points.notes[[LISTED, RANKED, RENUMBERED]] = len(pairs), len(ranked), 2
+        points.notes[GIVEN] = max(ranked.values(), default=-1) + 1
         points.notes[CHECKED] = min(max(met.checked, 0), _MOST)  # pairs end before it without moving it
 
 

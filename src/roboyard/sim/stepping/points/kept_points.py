@@ -23,6 +23,8 @@ class MetPairs:
     """(n,) int32, the third row of `Points.pairs`."""
     ranked: np.ndarray
     """(k, 2, 3) bodies, links and places in the links of the shapes at each rank."""
+    ends: np.ndarray
+    """(k,) int32, the third row of `Points.ranked`."""
     checked: int
     """Which of the pairs is checked next for whether it ended."""
     links: np.ndarray
@@ -45,7 +47,10 @@ class MetPairs:
             (tuple(one), tuple(two), state)
             for (one, two), state in zip(self.pairs.tolist(), self.states.tolist(), strict=True)
         ]
-        ranked = [(tuple(one), tuple(two)) for one, two in self.ranked.tolist()]
+        ranked = [
+            (tuple(one), tuple(two), end)
+            for (one, two), end in zip(self.ranked.tolist(), self.ends.tolist(), strict=True)
+        ]
         gone = sorted(set(links) - there)
         for link in gone:
             place = 0
@@ -61,16 +66,17 @@ class MetPairs:
 
 @dataclass(frozen=True, slots=True)
 class LeftPairs:
-    """Links in the order of updates, pairs with their states, and pairs of shapes by rank."""
+    """Links in the order of updates, pairs with their states, and pairs of shapes by rank with `ends`."""
 
     links: list[tuple[int, ...]]
     pairs: list[tuple[tuple[int, ...], tuple[int, ...], int]]
-    ranked: list[tuple[tuple[int, ...], tuple[int, ...]]]
+    ranked: list[tuple[tuple[int, ...], tuple[int, ...], int]]
 
 
-def _end_ranks(ranked: list[tuple[tuple[int, ...], tuple[int, ...]]], *links: tuple[int, ...]) -> None:
-    """End the ranks of the shapes of two links, in the order of their places."""
-    for pair in sorted(pair for pair in ranked if {pair[0][:2], pair[1][:2]} == set(links)):
+def _end_ranks(ranked: list[tuple[tuple[int, ...], tuple[int, ...], int]], *links: tuple[int, ...]) -> None:
+    """End the ranks of the shapes of two links in their order."""
+    ended = [pair for pair in ranked if {pair[0][:2], pair[1][:2]} == set(links)]
+    for pair in sorted(ended, key=lambda pair: pair[2]):
         _take_out(ranked, ranked.index(pair))
 
 
