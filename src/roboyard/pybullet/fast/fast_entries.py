@@ -25,7 +25,8 @@ def prepared(state, client, body):
 
 _PUSH = f"""{PARTS}{parts(WHOLE)}
 COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, OLD, KEPT, PENDING, PUSHED, HAS_POINT = range(3, 14)
-SCENE, WORLD, WRENCHES, XPOS, XQUAT, XIPOS, QPOS, FRAMES, APPLIED, ROWS, FREE, CENTRES, STEPS, SHOWN = range(3, 17)
+SCENE, WORLD, WRENCHES, XPOS, XQUAT, XIPOS, QPOS, FRAMES, APPLIED, ROWS, FREE, CENTRES = range(3, 15)
+STEPS, SHOWN = range(15, 17)
 
 @part
 def push(state, body, given, count, has_point):

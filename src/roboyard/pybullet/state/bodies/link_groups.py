@@ -329,15 +329,13 @@ class LinkGroup:
         speeds: tuple[Any, ...] = ()
         if with_velocity:
             self._world.link_velocities()
+        shown = (None if is_fresh else self._world.kept_frames) or self._frames
+        if with_velocity:
             frames, rows, places, positions, turned = self._arrays
             velocities, linear, angular = self._speeds
-            kernels.link_states(
-                *((None if is_fresh else self._world.kept_frames) or self._frames), frames, rows, places, *self._moving,
-                positions, turned, velocities,
-            )  # fmt: skip
+            kernels.link_states(*shown, frames, rows, places, *self._moving, positions, turned, velocities)
             speeds = _positions_of(linear), _positions_of(angular)
         else:
-            shown = (None if is_fresh else self._world.kept_frames) or self._frames
             kernels.link_poses(*shown, *self._arrays)
         positions, turned, frame_positions, frame_turned = self._parts
         return tuple(
