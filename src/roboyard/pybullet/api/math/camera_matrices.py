@@ -1,8 +1,8 @@
 """View and projection matrices: 16 numbers, column-major, in OpenGL's convention and 32-bit precision.
 
-Each function has a core of plain numbers, which is also compiled in front of it. It rounds where PyBullet does,
-so that the numbers are the same to the last bit; where angles are given in degrees, one rounding of a sine or a
-cosine in two hundred differs.
+Each function has a core of plain numbers, which is also compiled in front of it. It rounds where PyBullet
+does, so that the numbers are the same to the last bit; where angles are given in degrees, one rounding of a
+sine or a cosine in two hundred differs.
 """
 
 from __future__ import annotations
