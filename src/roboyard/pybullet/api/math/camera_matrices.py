@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from math import copysign, cos, inf, isfinite, nan, pi, sin, tan
 from struct import Struct, error
+from typing import Any
 
 import numpy as np
 
@@ -172,7 +173,7 @@ def _three(vector: Vector, message: str) -> Numbers:
     return number(x), number(y), number(z)
 
 
-def _rounded(core: Callable[..., Numbers], *numbers: float) -> Numbers:
+def _rounded(core: Callable[..., tuple[Any, ...]], *numbers: float) -> Numbers:
     try:
         with np.errstate(all="ignore"):
             return _SIXTEEN.unpack(_SIXTEEN.pack(*core(*numbers)))
