@@ -149,6 +149,13 @@ def is_present(state, body, is_asked):
     return attribute(word(body, SCENE), word(state, OLD)) == word(state, TRUE)
 
 @part
+def is_due(state, body):
+    true = word(state, TRUE)
+    if attribute(word(body, WORLD), word(state, MOVED)) == true or not is_shown(state, body):
+        return True
+    return attribute(word(body, SCENE), word(state, OLD)) == true
+
+@part
 def one(state, body, given, with_velocity, is_fresh):
     scene, world, link = word(body, SCENE), word(body, WORLD), whole(given[2])
     if link < 0 or link >= len(integers(word(body, ROWS))) - 1:
@@ -160,7 +167,7 @@ def one(state, body, given, with_velocity, is_fresh):
         reads, axes = whole(attribute(scene, word(state, READS))), attribute(world, word(state, LONG))
         if reads < {SINGLE_READS} and (with_velocity == 0 or (axes != 0 and PyDict_Size(axes) == 0)):
             return follow(state, body, link, with_velocity, is_fresh, reads)
-    if is_fresh and not is_called(word(body, UPDATE)):
+    if is_fresh and is_due(state, body) and not is_called(word(body, UPDATE)):
         return 0
     if with_velocity == 1 and not is_called(word(body, VELOCITIES)):
         return 0
@@ -177,7 +184,9 @@ def many(state, body, given, with_velocity, is_fresh):
     if length < 1:
         return 0
     is_fresh = is_present(state, body, is_fresh)
-    if (is_fresh or not is_shown(state, body)) and not is_called(word(body, UPDATE)):
+    if is_fresh and is_due(state, body) and not is_called(word(body, UPDATE)):
+        return 0
+    if not is_fresh and not is_shown(state, body) and not is_called(word(body, UPDATE)):
         return 0
     if with_velocity == 1 and not is_called(word(body, VELOCITIES)):
         return 0

@@ -381,7 +381,7 @@ class SceneBodies:
             self.frames_are_old = False
             self.frames_revision = world.revision
             return data
-        if fresh:
+        if fresh and world.is_moved:
             self.single_reads = 0
             return world.link_frames(keeps_last=True)
         return world.live_data
