@@ -13,12 +13,21 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
-from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from importlib.machinery import ModuleSpec, SourceFileLoader
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from roboyard._lazy import Deferred, deferred
-from roboyard._mujoco_parts import PARTS, PartsLoader, restore_getters, store, stored_lines
+from roboyard._mujoco_parts import (
+    PARTS,
+    PartsLoader,
+    import_from_package,
+    is_package,
+    package,
+    restore_getters,
+    store,
+    stored_lines,
+)
 
 _WINDOW_MODULES = {
     "Renderer": "mujoco.rendering.classic.renderer",
@@ -42,11 +51,13 @@ class _Finder:
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return how `mujoco` is loaded; None for other modules."""
+        """Return how `mujoco` is loaded; None for other modules, a program's own of that name among them."""
         if name != "mujoco":
             return None
-        spec = PathFinder.find_spec(name, path, target)
-        if spec is not None and spec.origin is not None and type(spec.loader) is SourceFileLoader:
+        spec = package.spec()
+        if spec is None or not is_package(spec):
+            return None
+        if spec.origin is not None and type(spec.loader) is SourceFileLoader:
             lines = stored_lines(spec) if self.parts_alone else None
             spec.loader = (
                 _WholeLoader(name, spec.origin) if lines is None else PartsLoader(spec.origin, lines)
@@ -90,19 +101,21 @@ def _without_windows() -> Iterator[None]:
 
 def _loaded() -> Any:
     """Return `mujoco` as the program imported it, or its parts, or the package where they are not known."""
-    if "mujoco" in sys.modules:
-        return sys.modules["mujoco"]
+    known = sys.modules.get("mujoco")
+    if "mujoco" in sys.modules and ((spec := getattr(known, "__spec__", None)) is None or is_package(spec)):
+        return known
     sys.meta_path.insert(0, _finder)
-    _finder.parts_alone = True
-    try:
-        module = import_module("mujoco")
-    finally:
-        _finder.parts_alone = False
-    spec = module.__spec__
-    if spec is not None and isinstance(spec.loader, PartsLoader):
-        del sys.modules["mujoco"]
-    elif spec is not None and isinstance(spec.loader, _WholeLoader):
-        store(spec)
+    with package.in_place():
+        _finder.parts_alone = True
+        try:
+            module = import_module("mujoco")
+        finally:
+            _finder.parts_alone = False
+        spec = module.__spec__
+        if spec is not None and isinstance(spec.loader, PartsLoader):
+            del sys.modules["mujoco"]
+        elif spec is not None and isinstance(spec.loader, _WholeLoader):
+            store(spec)
     return module
 
 
@@ -143,10 +156,10 @@ def _window_name(name: str) -> Any:
     if name not in _WINDOW_MODULES:
         raise AttributeError(f"module 'mujoco' has no attribute {name!r}")
     try:
-        value = getattr(import_module(_WINDOW_MODULES[name]), name)
+        value = getattr(import_from_package(_WINDOW_MODULES[name]), name)
     except ImportError as error:
         raise AttributeError(f"module 'mujoco' has no attribute {name!r}: {error}") from error
-    setattr(sys.modules["mujoco"], name, value)
+    setattr(package.behind or sys.modules["mujoco"], name, value)
     return value
 
 

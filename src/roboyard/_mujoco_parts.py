@@ -7,15 +7,16 @@ them.
 """
 
 # pathlib takes longer to import than all of this:
-# ruff: noqa: PTH116, PTH118, PTH120
+# ruff: noqa: PTH110, PTH116, PTH118, PTH120
 
 from __future__ import annotations
 
 import os
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
-from importlib.machinery import EXTENSION_SUFFIXES, ModuleSpec, SourceFileLoader
+from importlib.machinery import EXTENSION_SUFFIXES, ModuleSpec, PathFinder, SourceFileLoader
 from types import ModuleType
 from typing import Any
 from zlib import crc32
@@ -30,6 +31,64 @@ _HEAD = "roboyard 1"
 _GETTERS = "getters"
 _original: dict[tuple[type, str], property] = {}
 """Class and name of its properties that give enumerations, until these are loaded."""
+
+
+class Package:
+    """MuJoCo's package where a program has a module named `mujoco` itself, as a file beside its script."""
+
+    is_wanted = False
+    """Whether an import of `mujoco` is one of the package."""
+    behind: ModuleType | None = None
+    """The package, once it was loaded behind such a module."""
+
+    def spec(self) -> ModuleSpec | None:
+        """Return how `mujoco` is found: the first one, but where the package is wanted that."""
+        first = PathFinder.find_spec("mujoco")
+        if first is None or not self.is_wanted or is_package(first):
+            return first
+        found = (PathFinder.find_spec("mujoco", [folder]) for folder in sys.path)
+        return next((spec for spec in found if spec is not None and is_package(spec)), first)
+
+    @contextmanager
+    def in_place(self) -> Iterator[None]:
+        """Have the package as `mujoco` in `sys.modules` for what is imported meanwhile."""
+        modules: dict[str, Any] = sys.modules
+        own = modules.get("mujoco")
+        is_other = (
+            own is not None and getattr(own, "__spec__", None) is not None and not is_package(own.__spec__)
+        )
+        if is_other:
+            del modules["mujoco"]
+        if self.behind is not None and "mujoco" not in modules:
+            modules["mujoco"] = self.behind
+        before, self.is_wanted = self.is_wanted, True
+        try:
+            yield
+        finally:
+            self.is_wanted = before
+            loaded = modules.get("mujoco")
+            first = None if is_other or loaded is None else PathFinder.find_spec("mujoco")
+            if is_other or (first is not None and not is_package(first)):
+                self.behind = modules.pop("mujoco", None) or self.behind
+            if is_other:
+                modules["mujoco"] = own
+
+
+def is_package(spec: ModuleSpec) -> bool:
+    """Return whether this is MuJoCo's package, with its extension modules."""
+    name = f"_structs{EXTENSION_SUFFIXES[0]}"
+    return any(os.path.exists(os.path.join(folder, name)) for folder in spec.submodule_search_locations or ())
+
+
+package = Package()
+
+
+def import_from_package(name: str) -> Any:
+    """Import `mujoco` or a module of it, and return it."""
+    if name != "mujoco" and name in sys.modules:
+        return sys.modules[name]
+    with package.in_place():
+        return import_module(name)
 
 
 class Enumeration:
@@ -52,7 +111,7 @@ class Enumeration:
         return iter(self._whole())
 
     def _whole(self) -> Any:
-        return getattr(import_module(_ENUMS), self._name)
+        return getattr(import_from_package(_ENUMS), self._name)
 
 
 class PartsLoader(SourceFileLoader):
@@ -100,7 +159,7 @@ def _later_names(module: ModuleType, numbers: dict[str, str]) -> Callable[[str],
         elif name.startswith("__"):
             raise AttributeError(f"module 'mujoco' has no attribute {name!r}")
         else:
-            value = getattr(import_module("mujoco"), name)
+            value = getattr(import_from_package("mujoco"), name)
         setattr(module, name, value)
         return value
 
@@ -114,7 +173,7 @@ def _load_first(names: dict[str, Any], owner: str, name: str) -> None:
     read: Any = original.fget
 
     def get(element: Any) -> Any:
-        import_module(_ENUMS)
+        import_from_package(_ENUMS)
         restore_getters()
         return read(element)
 

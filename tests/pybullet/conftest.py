@@ -26,6 +26,15 @@ def client() -> Iterator[int]:
     close_all()
 
 
+@pytest.fixture
+def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """A GUI client without a page; every client that a test leaves open is closed."""
+    monkeypatch.setenv("ROBOYARD_VIEWER", "0")
+    number = p.connect(p.GUI)
+    yield number
+    close_all()
+
+
 def close_all() -> None:
     from roboyard.pybullet.connections import CLIENTS
     from roboyard.pybullet.state.file_search import OF_PROCESS

@@ -46,13 +46,22 @@ def items(client: int) -> dict[int, object]:
     return dict(found.debug_items.drawings())
 
 
-def test_the_camera_starts_where_pybullets_window_does(client: int) -> None:
+def test_the_camera_starts_where_pybullets_window_does(window: int) -> None:
     camera = p.getDebugVisualizerCamera()
     assert [type(part) for part in camera] == [type(part) for part in PRINTED_CAMERA]
     np.testing.assert_allclose(flat(camera), flat(PRINTED_CAMERA), rtol=1e-4, atol=1e-6)
 
 
-def test_the_camera_moves(client: int) -> None:
+def test_without_a_window_there_is_no_camera(client: int) -> None:
+    """As PyBullet 3.2.7 prints it in DIRECT, also after the camera was moved."""
+    none, matrix = (0.0, 0.0, 0.0), (0.0,) * 16
+    recorded = (0, 0, matrix, matrix, none, none, none, none, 0.0, 0.0, 0.0, none)
+    assert repr(p.getDebugVisualizerCamera()) == repr(recorded)
+    p.resetDebugVisualizerCamera(3, 10, -20, [1, 2, 3])
+    assert repr(p.getDebugVisualizerCamera()) == repr(recorded)
+
+
+def test_the_camera_moves(window: int) -> None:
     p.resetDebugVisualizerCamera(4, 30, -20, [1, 2, 3])
     camera = p.getDebugVisualizerCamera()
     assert camera[2] == p.computeViewMatrixFromYawPitchRoll([1, 2, 3], 4, 30, -20, 0, 2)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from math import pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import roboyard.pybullet as p
+from roboyard.pybullet.api.math import camera_matrices
 
 RECORDED = json.loads((Path(__file__).parent / "data/recorded_maths.json").read_text())
 EXACT = {"getQuaternionFromEuler", "getEulerFromQuaternion", "getMatrixFromQuaternion"}
@@ -61,6 +63,52 @@ def test_a_transform_times_its_inverse_is_nothing() -> None:
     position, orientation = p.multiplyTransforms(*pose, *p.invertTransform(*pose))
     np.testing.assert_allclose(position, 0.0, atol=1e-6)
     np.testing.assert_allclose(orientation, [0, 0, 0, 1], atol=1e-6)
+
+
+CAMERAS: list[tuple[str, tuple[Any, ...], list[float]]] = [
+    ("computeProjectionMatrixFOV", (60.0, 1.0, 0.1, 0.10001), [
+        1.73205078, 0, 0, 0, 0, 1.73205078, 0, 0, 0, 0, -20003.6426, -1, 0, 0, -2000.46423, 0,
+    ]),
+    ("computeProjectionMatrixFOV", (33.3, 1.7, 2.0, 2.0003), [
+        1.96692491, 0, 0, 0, 0, 3.34377241, 0, 0, 0, 0, -13337.4199, -1, 0, 0, -26676.8398, 0,
+    ]),
+    ("computeProjectionMatrixFOV", (-7.5, 0.3, 0.013, 4321.0), [
+        -50.8568344, 0, 0, 0, 0, -15.2570515, 0, 0, 0, 0, -1.00000608, -1, 0, 0, -0.0260000788, 0,
+    ]),
+    ("computeProjectionMatrix", (-0.31, 0.52, -0.33, 0.34, 0.7, 0.70003), [
+        1.68674695, 0, 0, 0, 0, 2.08955216, 0, 0, 0.253012031, 0.0149253588, -46604.3789, -1,
+        0, 0, -32623.7637, 0,
+    ]),
+    ("computeProjectionMatrix", (1, 1, 0, 1, 1, 2), [
+        np.inf, 0, 0, 0, 0, 2, 0, 0, np.inf, 1, -3, -1, 0, 0, -4, 0,
+    ]),
+    ("computeViewMatrix", ([1.23, -4.5, 3.21], [0.4, 0.31, 0.2], [0.1, 0.2, 0.9]), [
+        0.987538338, 0.0618012212, 0.144736663, 0, 0.0893210545, 0.537101746, -0.838775039, 0,
+        -0.129575625, 0.841250539, 0.524888337, 0, -0.3967897, -0.359471798, -5.6374054, 1,
+    ]),
+    ("computeViewMatrixFromYawPitchRoll", ([0.1, 0.2, 0.3], 2.7, 45, -30, 0, 2), [
+        0.707106709, -0.353553414, 0.612372458, 0, 0.707106829, 0.353553295, -0.612372398, 0,
+        2.98023224e-08, 0.866025388, 0.49999994, 0, -0.212132022, -0.295162916, -2.78876257, 1,
+    ]),
+    ("computeViewMatrixFromYawPitchRoll", ([0.1, -0.2, 0.3], 1.9, 123.4, -33.3, 12.5, 1), [
+        0.537432253, 0.26658392, -0.800062239, 0, 0.11914584, 0.915200591, 0.384983271, 0,
+        0.834847808, -0.302226514, 0.460095972, 0, -0.280368447, 0.247049719, -1.88102603, 1,
+    ]),
+    ("computeViewMatrixFromYawPitchRoll", ([0, 0, 0], 0, 10, 20, 30, 2), [
+        *(np.nan, np.nan, np.nan, 0) * 3, np.nan, np.nan, np.nan, 1,
+    ]),
+]  # fmt: skip
+"""Commands, arguments, and the matrices that PyBullet 3.2.7 returns, to nine digits."""
+
+
+@pytest.mark.parametrize(("name", "given", "expected"), CAMERAS)
+def test_matrices_of_cameras_have_pybullets_last_bit(
+    name: str, given: tuple[Any, ...], expected: list[float]
+) -> None:
+    """Near and far planes that are close together included, and without the compiled function, too."""
+    wanted = tuple(np.array(expected, np.float32).astype(float).tolist())
+    for module in (p, camera_matrices):
+        np.testing.assert_array_equal(getattr(module, name)(*given), wanted)
 
 
 def test_special_rotations() -> None:

@@ -221,7 +221,7 @@ def test_user_data_goes_with_its_body(client: int) -> None:
 
 @pytest.mark.parametrize("pitch", [-80.0, -35.0, 0.0, 40.0])
 @pytest.mark.parametrize("yaw", [0.0, 50.0, -120.0])
-def test_the_debug_camera_looks_at_its_target(client: int, yaw: float, pitch: float) -> None:
+def test_the_debug_camera_looks_at_its_target(window: int, yaw: float, pitch: float) -> None:
     target = [1.0, 2.0, 3.0]
     p.resetDebugVisualizerCamera(4.0, yaw, pitch, target)
     camera = p.getDebugVisualizerCamera()
@@ -231,13 +231,13 @@ def test_the_debug_camera_looks_at_its_target(client: int, yaw: float, pitch: fl
     assert camera[8:11] == pytest.approx((yaw, pitch, 4.0))
 
 
-def test_switches_of_the_visualizer_are_kept(client: int) -> None:
+def test_switches_of_the_visualizer_are_kept(window: int) -> None:
     from roboyard.pybullet.connections import CLIENTS
 
     p.configureDebugVisualizer(p.COV_ENABLE_SHADOWS, 0)
     p.configureDebugVisualizer(lightPosition=[1, 2, 3], shadowMapResolution=512, rgbBackground=[0, 0, 1])
     p.configureDebugVisualizer(p.COV_ENABLE_Y_AXIS_UP, 1)
-    camera = CLIENTS[client].visualizer
+    camera = CLIENTS[window].visualizer
     assert camera.switches == {p.COV_ENABLE_SHADOWS: 0, p.COV_ENABLE_Y_AXIS_UP: 1}
     assert camera.settings == {
         "lightPosition": (1, 2, 3), "shadowMapResolution": 512, "rgbBackground": (0, 0, 1)

@@ -57,6 +57,10 @@ def test_rays_inertias_and_lights(client: int, bad: Any) -> None:
     p.changeDynamics(body, -1, localInertiaDiagonal=bad)  # PyBullet sets numbers at random
     assert p.getDynamicsInfo(body, -1)[2] == (1.0, 2.0, 3.0)
     assert len(p.getCameraImage(8, 8, lightDirection=bad, lightColor=bad, renderer=p.ER_TINY_RENDERER)) == 5
+
+
+@pytest.mark.parametrize("bad", BAD)
+def test_targets_of_the_camera(window: int, bad: Any) -> None:
     p.resetDebugVisualizerCamera(2.0, 30.0, -40.0, bad)
     assert p.getDebugVisualizerCamera()[8:11] == (30.0, -40.0, 2.0)
 

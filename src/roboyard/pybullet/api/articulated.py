@@ -111,9 +111,10 @@ def calculateJacobian(
 def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector, flags: int = 0) -> Rows:
     """Return the joint-space mass matrix (kg m², kg) at joint positions (rad or m).
 
-    A floating base adds six leading rows and columns: angular, then linear. With flags 1 the positions start
-    with the base's seven numbers, and the matrix has a row for each position; the fourth row of a quaternion,
-    and all seven rows of a fixed base, are those of the identity.
+    A floating base adds six leading rows and columns: angular, then linear. With flags 1 the positions of a
+    floating base start with its seven numbers, and the matrix has seven rows for the base, also for a fixed
+    one, where it is: linear, angular (both in world axes) and one of the identity, as for the fourth number
+    of each quaternion. The mass of a fixed base is not in them.
 
     Raises:
         error: the body is unknown or there are too few positions.
@@ -133,10 +134,15 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
 
     padded, base = bool(whole(flags) & 1), None
     joints: Vector | Array = objPositions
-    if padded:
+    if padded and _floats(record):
         base, joints = _split_base(objPositions, _BAD_MASS_MATRIX)
     q = _joint_values(record, joints, record.layout.position_count, _BAD_MASS_MATRIX, more_is_fine=True)
     model, data = scene.world.live_model, _at(scene, record, q, base if _floats(record) else None)
+    if padded:
+        matrix, places = _whole_mass_matrix(record, model, data), _padding(record)[1]
+        out = np.eye(_padding(record)[0])
+        out[np.ix_(places, places)] = matrix
+        return _rows(out)
     mujoco.mj_crb(model, data)
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
@@ -147,12 +153,7 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     else:
         columns = _columns(record, data)
         matrix = columns.T @ full @ columns
-    if not padded:
-        return _rows(matrix)
-    size, places = _padding(record)
-    out = np.eye(size)
-    out[np.ix_(places, places)] = matrix
-    return _rows(out)
+    return _rows(matrix)
 
 
 @command(aliases={"bodyIndex": "bodyUniqueId"})
@@ -167,8 +168,10 @@ def calculateInverseDynamics(
     """Return the joint torques (N m) and forces (N) that cause accelerations, with gravity, without damping.
 
     A floating base takes 7 + n positions and 6 + n velocities and accelerations (the base's angular before
-    linear) and returns 6 + n numbers, the base's force before its torque. With flags 1 all lists have the
-    layout of positions, base first, with a zero in the fourth place of every quaternion's velocity.
+    linear) and returns 6 + n numbers, the base's force before its torque. With flags 1 accelerations are
+    taken as zeros, and velocities of a floating base are its linear, then its angular one in world axes, with
+    a zero in the fourth place of every quaternion's velocity. Then a force and a torque of the base (in world
+    axes) and a zero come before the n numbers of joints, also for a fixed base.
 
     Raises:
         error: the body is unknown or a list has the wrong length.
@@ -197,12 +200,8 @@ def calculateInverseDynamics(
     if len(given[1]) != len(given[2]):
         raise failure(_BAD_SPEEDS, f"got {len(given[1])} velocities and {len(given[2])} accelerations")
     padded = bool(whole(flags) & 1)
-    size, places = _padding(record) if padded else (0, [])
     if padded:
-        if any(len(values) != size for values in given):
-            raise failure(message, f"expected {size} numbers in each list, got {[len(v) for v in given]}")
-        positions = given[0] if floating else given[0][7:]
-        given = [positions, given[1][places], given[2][places]]
+        return _whole_inverse_dynamics(scene, record, *given[:2])
     layout = record.layout
     extra = (7, 6, 6) if floating else (0, 0, 0)
     counts = (layout.position_count, layout.velocity_count, layout.velocity_count)
@@ -223,12 +222,8 @@ def calculateInverseDynamics(
     mujoco.mj_comVel(model, data)
     mujoco.mj_rne(model, data, 1, result)
     efforts = result[layout.dofs] if columns is None else columns.T @ result
-    if not padded:
-        found = tuple(efforts.tolist())
-        return (*found[3:6], *found[:3], *found[6:]) if floating else found
-    out = np.zeros(size)
-    out[places] = efforts
-    return tuple(out.tolist())
+    found = tuple(efforts.tolist())
+    return (*found[3:6], *found[:3], *found[6:]) if floating else found
 
 
 # ------------------------------------------------------------------------------------------------- helpers
@@ -251,13 +246,113 @@ def _split_base(positions: Vector, message: str) -> tuple[Array, Array]:
 
 
 def _padding(record: BodyRecord) -> tuple[int, list[int]]:
-    """Return the size of the layout of flags 1, and the place of each column of `_columns` in it."""
-    places = [3, 4, 5, 0, 1, 2] if _floats(record) else []
-    size = 7
+    """Return the size of the layout of flags 1, and the places in it: of the base's six, then of joints."""
+    places, size = [*range(6)], 7
     for info in record.infos:
         places += range(size, size + VELOCITY_COUNT[info[2]])
         size += POSITION_COUNT[info[2]]
     return size, places
+
+
+def _moving_rows(record: BodyRecord) -> list[int]:
+    """Return MuJoCo's rows of the links that count with flags 1: all but a fixed base."""
+    return sorted(set(record.rows if _floats(record) else record.rows[1:]))
+
+
+def _base_place(record: BodyRecord, data: Any) -> Array:
+    """Return the (3,) centre of mass of the base (m)."""
+    if not _floats(record):
+        return np.array(base_inertial_pose(record)[0])
+    row = record.rows[0]
+    return data.xpos[row] + data.xmat[row].reshape(3, 3) @ np.asarray(record.links[0].frame.position)
+
+
+def _whole_columns(record: BodyRecord, model: Any, data: Any) -> list[tuple[int, Array, Array]]:
+    """Return each row's (3, n) velocity of its centre of mass and angular velocity, in world axes.
+
+    The n columns are the base's linear and angular velocity in world axes, then those of joints.
+    """
+    from roboyard._mujoco import mujoco
+
+    dofs, place = record.layout.dofs, _base_place(record, data)
+    found = []
+    for row in _moving_rows(record):
+        linear, angular = np.zeros((2, 3, model.nv))
+        mujoco.mj_jacBodyCom(model, data, linear, angular, row)
+        x, y, z = data.xipos[row] - place
+        lever = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+        found.append(
+            (
+                row,
+                np.hstack([np.eye(3), lever, linear[:, dofs]]),
+                np.hstack([np.zeros((3, 3)), np.eye(3), angular[:, dofs]]),
+            )
+        )
+    return found
+
+
+def _whole_mass_matrix(record: BodyRecord, model: Any, data: Any) -> Array:
+    """Return the (6 + n, 6 + n) mass matrix of a base that moves, in world axes, and joints."""
+    matrix = np.zeros((6 + len(record.layout.dofs),) * 2)
+    for row, linear, angular in _whole_columns(record, model, data):
+        axes = data.ximat[row].reshape(3, 3)
+        turned = axes.T @ angular
+        matrix += model.body_mass[row] * linear.T @ linear
+        matrix += turned.T @ (model.body_inertia[row][:, None] * turned)
+    return matrix
+
+
+def _whole_inverse_dynamics(
+    scene: PhysicsScene, record: BodyRecord, positions: Array, velocities: Array
+) -> tuple[float, ...]:
+    """Return calculateInverseDynamics with flags 1."""
+    from roboyard._mujoco import mujoco
+
+    size, places = _padding(record)
+    floating, layout = _floats(record), record.layout
+    seven = 7 if floating else 0
+    wanted = layout.position_count + seven
+    if len(positions) < wanted or len(velocities) < wanted:
+        raise failure(
+            _BAD_DYNAMICS,
+            f"expected {wanted} positions and velocities, got {len(positions)} and {len(velocities)}",
+        )
+    model = scene.world.live_model
+    data = _at(scene, record, positions[seven:wanted], positions[:7] if floating else None)
+    speeds = velocities[[place - 7 + seven for place in places[6:]]]
+    if floating:
+        axes = _base_axes(record, data)
+        assert axes is not None
+        turned = np.concatenate([axes.T @ velocities[3:6], axes.T @ velocities[:3], speeds])
+        data.qvel[:] = _columns(record, data) @ turned
+        # Bullet takes the angular velocity for one in base axes where it differentiates the base's rotation
+        linear, angular = velocities[:3], velocities[3:6]
+        shift = np.cross(angular - axes @ angular, linear)
+    else:
+        data.qvel[layout.dofs] = speeds
+        shift = np.zeros(3)
+    mujoco.mj_comVel(model, data)
+    data.qacc[:] = 0.0
+    mujoco.mj_rnePostConstraint(model, data)
+    found = np.zeros(len(places))
+    for row, linear, angular in _whole_columns(record, model, data):
+        force, torque = _needed(model, data, row)
+        found += linear.T @ (force + model.body_mass[row] * shift) + angular.T @ torque
+    out = np.zeros(size)
+    out[places] = found
+    return tuple(out.tolist())
+
+
+def _needed(model: Any, data: Any, row: int) -> tuple[Array, Array]:
+    """Return the force (N) and torque (N m) at the centre of mass of a row that moves as `cacc` has it."""
+    axes, mass = data.ximat[row].reshape(3, 3), model.body_mass[row]
+    centre = data.subtree_com[model.body_rootid[row]]
+    turn, lever = data.cvel[row][:3], data.xipos[row] - centre
+    linear = data.cacc[row][3:] + np.cross(data.cacc[row][:3], lever)
+    speed = data.cvel[row][3:] + np.cross(turn, lever)
+    inertia = axes @ (model.body_inertia[row][:, None] * axes.T)
+    force = mass * (linear + np.cross(turn, speed))
+    return force, inertia @ data.cacc[row][:3] + np.cross(turn, inertia @ turn)
 
 
 def _joint_values(

@@ -145,6 +145,7 @@ def resetBasePositionAndOrientation(
         scene.note_boxes(record.number)
     is_prepared = is_machine_code("resetBasePositionAndOrientation")
     if record.placed is not None and record.placed == (p, q) and record.body.is_fixed:
+        scene.mark_placed(record)
         if is_prepared:
             _prepare(scene, record)
         return
@@ -163,6 +164,7 @@ def resetBasePositionAndOrientation(
         return
     wanted = p, q
     if record.placed == wanted and record.body.is_fixed:
+        scene.mark_placed(record)
         return
     if not record.base_is_plain:
         p, q = link_pose(p, q, record.base_frame)
@@ -197,7 +199,7 @@ def resetBasePositionAndOrientation(
         if is_prepared:
             _prepare(scene, record)
     record.fixed_poses = None
-    setattr(scene, _old_with(record), True)
+    scene.mark_placed(record)
 
 
 @command()
@@ -258,6 +260,7 @@ def resetBaseVelocity(
         if record.kind == RIGID_BODY or record.soft is not None or record.shapes.has_plane:
             return
         if not any(linear or ()) and not any(angular or ()):
+            scene.mark_placed(record)
             return
         scene.carry_base(record)
         record = scene.ready(objectUniqueId, "error in resetJointState.")
@@ -273,7 +276,7 @@ def resetBaseVelocity(
             _prepare(scene, record)
         _PACK_SPEED(record.words[1], record.base_speed_bytes, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         scene.world.mark_moved()
-        setattr(scene, _old_with(record), True)
+        scene.mark_placed(record)
         return
     if is_machine_code("resetBaseVelocity"):
         _prepare(scene, record)
@@ -284,12 +287,7 @@ def resetBaseVelocity(
     turned = rotated((-x, -y, -z, w), angular)
     _PACK_SPEED(record.words[1], record.base_speed_bytes, *linear, *turned)
     scene.world.mark_moved()
-    setattr(scene, _old_with(record), True)
-
-
-def _old_with(record: BodyRecord) -> str:
-    """Return what a scene notes when a body is placed: one without links leaves the frames of links old."""
-    return "frames_are_old" if record.infos else "boxes_are_old"
+    scene.mark_placed(record)
 
 
 def _prepare(scene: PhysicsScene, record: BodyRecord) -> None:
@@ -314,7 +312,7 @@ def _prepare(scene: PhysicsScene, record: BodyRecord) -> None:
         return
     frame = record.base_frame
     numbers = np.array([*frame.position, *frame.quaternion], dtype=float)
-    known[record.number] = scene, world, record, *arrays, numbers, _old_with(record)
+    known[record.number] = scene, world, record, *arrays, numbers, scene.step_count, record.shown
 
 
 def _orientation(record: BodyRecord) -> tuple[float, float, float, float]:

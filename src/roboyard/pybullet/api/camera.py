@@ -17,6 +17,7 @@ from roboyard.pybullet.face.arguments import floats, number, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.debug_items import Line, Points
+from roboyard.pybullet.state.visualizer_camera import WINDOW_METHODS
 from roboyard.transforms import rotate
 
 if TYPE_CHECKING:
@@ -29,8 +30,6 @@ _BAD_MATRIX = "Error parsing view or projection matrix."
 _DOT = np.array([0.0, 0.0, 1e-6])  # m: a point is drawn as a very short line, as wide as the point
 _OWN_VIEW, _OWN_ANGLE, _OWN_ASPECT = ((0.0, 0.0, 0.0), 1.5, -80.0, -10.0, 0.0, 2), 90.0, 4.0 / 3.0
 """View, field of view (degrees) and aspect of the camera that Bullet's software renderer starts with."""
-BLENDING = (c.GUI, c.GUI_SERVER, c.GUI_MAIN_THREAD)
-"""Connection methods whose images show shapes with alpha < 1 as transparent, as in PyBullet."""
 
 
 @command()
@@ -90,7 +89,7 @@ def getCameraImage(
     scene = client.scene
     positions, rotations = scene.world.frames()
     drawn = scene.world.render_scene()
-    if client.method not in BLENDING or whole(renderer) == c.ER_TINY_RENDERER:
+    if client.method not in WINDOW_METHODS or whole(renderer) == c.ER_TINY_RENDERER:
         drawn = scene.solid.of(drawn)
     image = render(
         drawn, positions, rotations, camera,
@@ -110,7 +109,7 @@ def _matrices(
     """
     is_given = view is not None and projection is not None
     if view is None or projection is None:
-        if client.method in BLENDING:
+        if client.method in WINDOW_METHODS:
             v = client.visualizer
             view = computeViewMatrixFromYawPitchRoll(v.target, v.distance, v.yaw, v.pitch, 0.0, v.up_axis)
             projection = computeProjectionMatrixFOV(60.0, width / max(height, 1), 0.01, 1000.0)

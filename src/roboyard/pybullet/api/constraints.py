@@ -127,7 +127,7 @@ def createConstraint(
     record.number = scene.constraint_ids.take()
     scene.constraints[record.number] = record
     scene.constraint_order.append(record.number)
-    scene.mark_moved()
+    scene.world.mark_moved()
     return record.number
 
 

@@ -178,12 +178,14 @@ def resetJointState(
             check_finite("resetJointState failed.", targetValue=position, targetVelocity=velocity)
         record.qpos[place] = position
         record.qvel[record.velocity_addresses[jointIndex]] = velocity
-        client.scene.mark_moved()
+        client.scene.world.mark_moved()
+        client.scene.mark_placed(record)
         if is_machine_code("resetJointState"):
             _prepare(client, record)
     else:
         number(targetValue)
         number(targetVelocity)
+        client.scene.mark_placed(record)
 
 
 @command()
@@ -203,7 +205,8 @@ def resetJointStateMultiDof(
     """
     record = _settable(client, bodyUniqueId, jointIndex)
     _reset_many(record, jointIndex, targetValue, targetVelocity)
-    client.scene.mark_moved()
+    client.scene.world.mark_moved()
+    client.scene.mark_placed(record)
     if is_machine_code("resetJointStateMultiDof"):
         _prepare(client, record)
 
@@ -238,9 +241,11 @@ def resetJointStatesMultiDof(
         if record is None or not 0 <= joint < record.joint_count:
             record = _settable(client, bodyUniqueId, joint)
         _reset_many(record, joint, value, velocity)
-    client.scene.mark_moved()
-    if record is not None and is_machine_code("resetJointStatesMultiDof"):
-        _prepare(client, record)
+    if record is not None:
+        client.scene.world.mark_moved()
+        client.scene.mark_placed(record)
+        if is_machine_code("resetJointStatesMultiDof"):
+            _prepare(client, record)
 
 
 @command()
@@ -380,7 +385,8 @@ def _reset_all(
     if not group.is_free:
         return False
     group.write(record, numbers, speeds or None)
-    client.scene.mark_moved()
+    client.scene.world.mark_moved()
+    client.scene.mark_placed(record)
     if is_machine_code("resetJointStatesMultiDof"):
         _prepare(client, record)
     return True
@@ -401,6 +407,7 @@ def _prepare(client: Client, record: BodyRecord) -> None:
     known[record.number] = (
         *(scene, scene.world, record.qpos, record.qvel, np.array(places, dtype=np.int64)),
         *(np.array(record.velocity_addresses, dtype=np.int64), np.zeros((count, 3))),
+        *(scene.step_count, record.shown),
     )
 
 

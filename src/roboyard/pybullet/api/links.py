@@ -55,17 +55,19 @@ def getLinkState(
         if record is not None and lone is not None:
             lone.kinematics()
             is_there = linkIndex < record.joint_count
-            return _reader(lone, record)(linkIndex, computeLinkVelocity) if is_there else None
+            return _reader(lone, record)(linkIndex, computeLinkVelocity, True) if is_there else None
         if record is not None and linkIndex < record.joint_count and not computeLinkVelocity:
             read = record.link_reader
             if read is not None and scene.has_awaited_frames(record):
-                return read(linkIndex, 0)
+                return read(linkIndex, 0, True)
         record = _existing(scene, bodyUniqueId)
     if linkIndex >= record.joint_count:
         return None
     if is_machine_code("getLinkState"):
         _prepare(scene, record)
-    is_fresh = bool(computeForwardKinematics) or scene.frames_are_old
+    if computeForwardKinematics:
+        record.shown[0] = scene.step_count[0]
+    is_fresh = scene.is_shown(record)
     if scene.frames_revision != world.revision and not is_fresh:
         scene.frames(fresh=True)
     elif (
@@ -75,12 +77,11 @@ def getLinkState(
         and not (computeLinkVelocity and world.long_axes)
     ):
         scene.single_reads += 1
-        scene.frames_are_old = is_fresh  # others are not computed yet
         reader = record.moved_link_reader or _moved_reader(scene, record)
         return reader(linkIndex, computeLinkVelocity, is_fresh)
     elif is_fresh:
         scene.frames(fresh=True)
-    return (record.link_reader or _reader(world, record))(linkIndex, computeLinkVelocity)
+    return (record.link_reader or _reader(world, record))(linkIndex, computeLinkVelocity, is_fresh)
 
 
 @command()
@@ -103,9 +104,13 @@ def getLinkStates(
         record, world = found, lone
         whole(computeForwardKinematics)
         lone.kinematics()
+        is_fresh = True
     else:
         record, world = _existing(scene, bodyUniqueId), scene.world
-        scene.frames(fresh=bool(whole(computeForwardKinematics)))
+        if whole(computeForwardKinematics):
+            record.shown[0] = scene.step_count[0]
+        is_fresh = scene.is_shown(record)
+        scene.frames(fresh=is_fresh)
         if is_machine_code("getLinkStates"):
             _prepare(scene, record)
     whole(computeLinkVelocity)
@@ -114,14 +119,16 @@ def getLinkStates(
     except TypeError:
         group = None  # raised below, with PyBullet's text
     if group is not None:
-        return group.read(computeLinkVelocity)
+        return group.read(computeLinkVelocity, is_fresh)
     links, count = indices(linkIndices), record.joint_count
     if not all(0 <= link < count for link in links):
         read = _reader(world, record)
-        return tuple(read(link, computeLinkVelocity) if 0 <= link < count else None for link in links)
+        return tuple(
+            read(link, computeLinkVelocity, is_fresh) if 0 <= link < count else None for link in links
+        )
     from roboyard.pybullet.state.bodies.link_groups import link_group
 
-    return link_group(world, record, links).read(computeLinkVelocity)
+    return link_group(world, record, links).read(computeLinkVelocity, is_fresh)
 
 
 def _prepare(scene: PhysicsScene, record: BodyRecord) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache, partial
-from math import pi, tan
+from math import hypot, pi, tan
 from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.api.math.camera_matrices import (
@@ -17,7 +17,8 @@ from roboyard.pybullet.face.arguments import Vector3, number, vector3, vector3_o
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.fast.fast_commands import replace_settings
-from roboyard.pybullet.state.visualizer_camera import FIELD_OF_VIEW
+from roboyard.pybullet.state.frames import cross
+from roboyard.pybullet.state.visualizer_camera import FIELD_OF_VIEW, WINDOW_METHODS
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -25,16 +26,25 @@ if TYPE_CHECKING:
 _NEAR, _FAR = 0.01, 1000.0  # m
 _RAY_LENGTH = 10000.0  # m: length of the window's ray vectors
 _UNSET, _ORIGIN = -1, (0.0, 0.0, 0.0)
+_NO_MATRIX = (0.0,) * 16
+_NO_CAMERA = (
+    *(0, 0, _NO_MATRIX, _NO_MATRIX, _ORIGIN, _ORIGIN, _ORIGIN, _ORIGIN),
+    *(0.0, 0.0, 0.0, _ORIGIN),
+)
+"""The camera of a client without a window."""
 
 
 @command()
 def getDebugVisualizerCamera(client: Client) -> tuple[Any, ...]:
-    """Return the visualizer's camera, in every connection mode.
+    """Return the visualizer's camera.
 
     Returns:
         Width, height (pixels), view matrix, projection matrix, up vector, forward vector, horizontal and
-        vertical extent of the far image plane (m), yaw, pitch (degrees), distance and target (m).
+        vertical extent of the far image plane (m), yaw, pitch (degrees), distance and target (m). All are 0
+        without a window, as in PyBullet.
     """
+    if client.method not in WINDOW_METHODS:
+        return _NO_CAMERA
     camera = client.visualizer
     return _described(
         *(camera.width, camera.height, camera.up_axis),
@@ -54,8 +64,10 @@ def _described(
     width = height * aspect
     up = (0.0, 1.0, 0.0) if up_axis == 1 else (0.0, 0.0, 1.0)
     forward = (-view[2], -view[6], -view[10])
-    horizontal = rounded(*(width * view[4 * i] for i in range(3)))
-    vertical = rounded(*(height * view[4 * i + 1] for i in range(3)))
+    across = cross(forward, up)
+    length = hypot(*across) or 1.0
+    horizontal = rounded(*(width * value / length for value in across))
+    vertical = rounded(*(height * value / length for value in cross(across, forward)))
     return (
         *(pixels, lines, view, projection, up, forward, horizontal, vertical),
         *(yaw, pitch, distance, target),

@@ -107,15 +107,20 @@ def _turned(x, y, z, w, a, b, c):  # pragma: no cover
 
 
 _MARKS = f"""{PARTS}
-COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, FASTER, KNOWN_POSES, KNOWN_PLACE = range(3, 12)
-SCENE, WORLD, RECORD, PLACE, TURN, KEPT_PLACE, KEPT_TURN, SPEED, FRAME, OLD = range(3, 13)
+COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, FASTER, KNOWN_POSES, KNOWN_PLACE, BOXES_OLD = range(3, 13)
+SCENE, WORLD, RECORD, PLACE, TURN, KEPT_PLACE, KEPT_TURN, SPEED, FRAME, STEPS, SHOWN = range(3, 14)
+
+@part
+def mark_shown(state, body):
+    steps, shown = numbers(word(body, STEPS)), numbers(word(body, SHOWN))
+    shown[0] = steps[0]
+    PyObject_SetAttr(word(body, SCENE), word(state, BOXES_OLD), word(state, TRUE))
 
 @part
 def mark(state, body):
     true = word(state, TRUE)
     PyObject_SetAttr(word(body, WORLD), word(state, MOVED), true)
     PyObject_SetAttr(word(body, WORLD), word(state, FASTER), true)
-    PyObject_SetAttr(word(body, SCENE), word(body, OLD), true)
     PyObject_SetAttr(word(body, RECORD), word(state, KNOWN_POSES), word(state, NONE))
     PyObject_SetAttr(word(body, RECORD), word(state, KNOWN_PLACE), word(state, NONE))
 """
@@ -133,6 +138,8 @@ def is_put(state, body, given):
     )
     if done == 1:
         mark(state, body)
+    if done != 0:
+        mark_shown(state, body)
     return done != 0
 
 def entry(state, given, count, keywords):
@@ -167,6 +174,7 @@ def is_set(state, body, linear, angular):
     ) == 0:
         return False
     mark(state, body)
+    mark_shown(state, body)
     return True
 
 def entry(state, given, count, keywords):

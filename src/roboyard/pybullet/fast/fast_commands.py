@@ -84,14 +84,14 @@ def replace_joints() -> None:
 
     names = "resetJointStatesMultiDof", "resetJointStateMultiDof", "resetJointState"
     for form, name in enumerate(names):  # with the numbers that the entry has
-        _replace(name, JOINTS, "joints", ("is_moved", "_velocity_moved", "frames_are_old", form))
+        _replace(name, JOINTS, "joints", ("is_moved", "_velocity_moved", "boxes_are_old", form))
 
 
 def replace_bases() -> None:
     """Replace resetBasePositionAndOrientation, resetBaseVelocity and getBaseVelocity."""
     from roboyard.pybullet.fast.base_entries import POSE, SPEED, VELOCITY
 
-    words = "is_moved", "_velocity_moved", "fixed_poses", "placed"
+    words = "is_moved", "_velocity_moved", "fixed_poses", "placed", "boxes_are_old"
     _replace("resetBasePositionAndOrientation", POSE, "bases", words)
     _replace("resetBaseVelocity", SPEED, "bases", words)
     zero = (0.0, 0.0, 0.0)

@@ -26,6 +26,7 @@ def prepared(state, client, body):
 _PUSH = f"""{PARTS}{parts(WHOLE)}
 COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, OLD, KEPT, PENDING, PUSHED, HAS_POINT = range(3, 14)
 SCENE, WORLD, WRENCHES, XPOS, XQUAT, XIPOS, QPOS, FRAMES, APPLIED, ROWS, FREE, CENTRES = range(3, 15)
+STEPS, SHOWN = range(15, 17)
 
 @part
 def push(state, body, given, count, has_point):
@@ -48,9 +49,13 @@ def push(state, body, given, count, has_point):
     place = PyLong_AsLongLong(word(body, FREE)) if link < 0 else -1
     if place < 0 and attribute(word(body, SCENE), word(state, OLD)) == true:
         return False
+    steps, marked = numbers(word(body, STEPS)), numbers(word(body, SHOWN))
+    is_fresh = place < 0 and marked[0] == steps[0]
+    if is_fresh and attribute(world, word(state, MOVED)) == true:
+        return False
     shown, turns = word(body, XPOS), word(body, XQUAT)
     kept = attribute(world, word(state, KEPT))
-    if kept != word(state, NONE) and kept != 0:
+    if not is_fresh and kept != word(state, NONE) and kept != 0:
         shown, turns = word(kept, ITEMS), word(kept, ITEMS + 1)
     local = (1 if frame == 1 else 0) + (0 if has_point else 2)
     if place < 0 and attribute(world, word(state, MOVED)) == true:
@@ -84,7 +89,7 @@ PUSH = Front(push_link_of, EntrySignature(_PUSH))
 
 _BOX = f"""{PARTS}{parts(WHOLE)}
 COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, SINGLE_READS, OLD, KEPT = range(3, 12)
-WORLD, XPOS, XQUAT, FRAMES, BOXES, ROWS, OUT, SCENE, LOOP, CHAIN, NUMBERS, LAST = range(3, 15)
+WORLD, XPOS, XQUAT, FRAMES, BOXES, ROWS, OUT, SCENE, LOOP, CHAIN, NUMBERS, LAST, STEPS, MARKED = range(3, 17)
 
 @part
 def corner(out, first):
@@ -96,9 +101,12 @@ def corner(out, first):
 @part
 def is_found(state, body, link):
     moved = attribute(word(body, WORLD), word(state, MOVED))
-    of_step = link >= 0 and attribute(word(body, SCENE), word(state, OLD)) != word(state, TRUE)
+    steps, marked = numbers(word(body, STEPS)), numbers(word(body, MARKED))
+    of_step = link >= 0 and marked[0] != steps[0]
+    if attribute(word(body, SCENE), word(state, OLD)) == word(state, TRUE):
+        of_step = False
     shown, turns = word(body, XPOS), word(body, XQUAT)
-    if of_step and moved != word(state, TRUE):
+    if of_step:
         kept = attribute(word(body, WORLD), word(state, KEPT))
         if kept != word(state, NONE) and kept != 0:
             shown, turns = word(kept, ITEMS), word(kept, ITEMS + 1)

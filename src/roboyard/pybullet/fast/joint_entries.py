@@ -8,8 +8,8 @@ from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.fast_entries import PARTS
 
 _SOURCE = f"""{PARTS}{parts(NUMBER, WHOLE)}
-COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, FASTER, OLD, FORM = range(3, 12)
-SCENE, WORLD, QPOS, QVEL, POSITIONS, VELOCITIES, READ = range(3, 10)
+COMMAND, PREPARED, NONE, TRUE, ONE, MOVED, FASTER, BOXES_OLD, FORM = range(3, 12)
+SCENE, WORLD, QPOS, QVEL, POSITIONS, VELOCITIES, READ, STEPS, SHOWN = range(3, 12)
 NESTED, SINGLE, PLAIN = range(3)  # lists of lists of one number, lists of one number, numbers
 JOINT, POSITION, VELOCITY = range(3)
 
@@ -72,7 +72,9 @@ def reset(state, body, given, count):
     true = word(state, TRUE)
     PyObject_SetAttr(word(body, WORLD), word(state, MOVED), true)
     PyObject_SetAttr(word(body, WORLD), word(state, FASTER), true)
-    PyObject_SetAttr(word(body, SCENE), word(state, OLD), true)
+    PyObject_SetAttr(word(body, SCENE), word(state, BOXES_OLD), true)
+    steps, shown = numbers(word(body, STEPS)), numbers(word(body, SHOWN))
+    shown[0] = steps[0]
     return True
 
 def entry(state, given, count, keywords):

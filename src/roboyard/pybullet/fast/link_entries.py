@@ -49,7 +49,7 @@ _SOURCE = f"""{PARTS}{parts(WHOLE, TRIPLE)}
 COMMAND, PREPARED, NONE, TRUE, ONE, FALSE, ZERO, IS_MANY = range(3, 11)
 MOVED, OLD, KEPT, FRAMES_REVISION, READS, LONG = range(11, 17)
 SCENE, WORLD, XPOS, XQUAT, FRAMES, ROWS, OUT, LOCAL, CVEL, XIPOS, CENTRES, ROOTS = range(3, 15)
-CHAIN, POSE_OF, STATE_OF, PLACES, UPDATE, VELOCITIES, REVISION = range(15, 22)
+CHAIN, POSE_OF, STATE_OF, PLACES, UPDATE, VELOCITIES, REVISION, STEPS, SHOWN = range(15, 24)
 
 @part
 def flag_of(state, given, count, place):
@@ -95,10 +95,10 @@ def made_of(body, link, with_velocity):
     return made
 
 @part
-def read(state, body, link, with_velocity):
+def read(state, body, link, with_velocity, is_fresh):
     shown, turns = word(body, XPOS), word(body, XQUAT)
     kept = attribute(word(body, WORLD), word(state, KEPT))
-    if kept != word(state, NONE) and kept != 0:
+    if not is_fresh and kept != word(state, NONE) and kept != 0:
         shown, turns = word(kept, ITEMS), word(kept, ITEMS + 1)
     rows = integers(word(body, ROWS))
     _loop(
@@ -114,6 +114,9 @@ def follow(state, body, link, with_velocity, is_fresh, reads):
     passed[0] = word(body, CHAIN)
     if with_velocity == 1:
         passed[1], passed[2], count = word(body, XPOS), word(body, XQUAT), 2
+        kept = attribute(word(body, WORLD), word(state, KEPT))
+        if kept != word(state, NONE) and kept != 0:
+            passed[1], passed[2] = word(kept, ITEMS), word(kept, ITEMS + 1)
     passed[count + 1] = word(body, FRAMES)
     passed[count + 2] = word(places, ITEMS + 2 * (link + 1))
     passed[count + 3] = word(places, ITEMS + 2 * (link + 1) + 1)
@@ -130,7 +133,6 @@ def follow(state, body, link, with_velocity, is_fresh, reads):
     made = PyLong_FromLongLong(reads + 1)
     PyObject_SetAttr(scene, word(state, READS), made)
     Py_DecRef(made)
-    PyObject_SetAttr(scene, word(state, OLD), word(state, TRUE if is_fresh else FALSE))
     return made_of(body, link, with_velocity)
 
 @part
@@ -138,22 +140,38 @@ def is_shown(state, body):
     return whole(attribute(word(body, SCENE), word(state, FRAMES_REVISION))) == whole(word(body, REVISION))
 
 @part
+def is_present(state, body, is_asked):
+    steps, shown = numbers(word(body, STEPS)), numbers(word(body, SHOWN))
+    if is_asked:
+        shown[0] = steps[0]
+    if shown[0] == steps[0]:
+        return True
+    return attribute(word(body, SCENE), word(state, OLD)) == word(state, TRUE)
+
+@part
+def is_due(state, body):
+    true = word(state, TRUE)
+    if attribute(word(body, WORLD), word(state, MOVED)) == true or not is_shown(state, body):
+        return True
+    return attribute(word(body, SCENE), word(state, OLD)) == true
+
+@part
 def one(state, body, given, with_velocity, is_fresh):
     scene, world, link = word(body, SCENE), word(body, WORLD), whole(given[2])
     if link < 0 or link >= len(integers(word(body, ROWS))) - 1:
         return 0
-    is_fresh = is_fresh or attribute(scene, word(state, OLD)) == word(state, TRUE)
+    is_fresh = is_present(state, body, is_fresh)
     if not is_fresh and not is_shown(state, body):
         return 0
     if (is_fresh or with_velocity == 1) and attribute(world, word(state, MOVED)) == word(state, TRUE):
         reads, axes = whole(attribute(scene, word(state, READS))), attribute(world, word(state, LONG))
         if reads < {SINGLE_READS} and (with_velocity == 0 or (axes != 0 and PyDict_Size(axes) == 0)):
             return follow(state, body, link, with_velocity, is_fresh, reads)
-    if is_fresh and not is_called(word(body, UPDATE)):
+    if is_fresh and is_due(state, body) and not is_called(word(body, UPDATE)):
         return 0
     if with_velocity == 1 and not is_called(word(body, VELOCITIES)):
         return 0
-    return read(state, body, link, with_velocity)
+    return read(state, body, link, with_velocity, is_fresh)
 
 @part
 def many(state, body, given, with_velocity, is_fresh):
@@ -165,8 +183,10 @@ def many(state, body, given, with_velocity, is_fresh):
             return 0
     if length < 1:
         return 0
-    is_old = attribute(word(body, SCENE), word(state, OLD)) == word(state, TRUE)
-    if (is_fresh or is_old or not is_shown(state, body)) and not is_called(word(body, UPDATE)):
+    is_fresh = is_present(state, body, is_fresh)
+    if is_fresh and is_due(state, body) and not is_called(word(body, UPDATE)):
+        return 0
+    if not is_fresh and not is_shown(state, body) and not is_called(word(body, UPDATE)):
         return 0
     if with_velocity == 1 and not is_called(word(body, VELOCITIES)):
         return 0
@@ -176,7 +196,7 @@ def many(state, body, given, with_velocity, is_fresh):
         if not 0 <= link < last:  # given by an object that gave another one before
             Py_DecRef(made)
             return 0
-        PyTuple_SetItem(made, k, read(state, body, link, with_velocity))
+        PyTuple_SetItem(made, k, read(state, body, link, with_velocity, is_fresh))
     return made
 
 def entry(state, given, count, keywords):
@@ -221,4 +241,5 @@ def prepare(scene: PhysicsScene, record: BodyRecord) -> None:
         *(loop.load() if isinstance(loop, Kernel) else loop for loop in of_chain),
         tuple(number for place, row in enumerate(rows) for number in (row, place)),
         *(partial(scene.frames, fresh=True), world.link_velocities, world.revision),
+        *(scene.step_count, record.shown),
     )

@@ -231,6 +231,7 @@ class PhysicsScene(SceneBodies):
 
     def _note_step(self) -> None:
         self.frames_are_old = self.boxes_are_old = False
+        self.step_count += 1.0
         self.single_reads = 0
         self.frames_revision = self.motor_revision = self.world.revision
         self.last_step.drop()

@@ -92,9 +92,11 @@ class SceneBodies:
         self.link_boxes: tuple[int, SceneBoxes] | None = None
         """Revision of the World, and boxes around the links of all bodies."""
         self.frames_are_old = True
-        """Whether positions were written since the link frames were computed (steps keep old frames)."""
+        """Whether the links of all bodies are shown where they are now (steps keep old frames)."""
         self.boxes_are_old = False
-        """Whether only bodies without links were placed since the last step."""
+        """Whether bodies were placed since the last step."""
+        self.step_count = np.zeros(1)
+        """Number of steps, with which `BodyRecord.shown` is compared."""
         self._awaiting = 0, 0
         """Number of bodies, and how many poses were set or read since, while a compile is awaited."""
         self.single_reads = 0
@@ -367,21 +369,36 @@ class SceneBodies:
         return bool(self.with_sensors)
 
     def frames(self, *, fresh: bool) -> Any:
-        """Return MjData with link frames: of the last step or, with `fresh`, current ones."""
+        """Return MjData with link frames: of the last step or, with `fresh`, current ones.
+
+        With `fresh`, those of the last step are in `kept_frames`, where bodies still show these.
+        """
         world = self.world
-        if fresh or self.frames_are_old or world.is_stale or self.frames_revision != world.revision:
+        if self.frames_are_old or world.is_stale or self.frames_revision != world.revision:
             data = world.link_frames(keeps_last=False)
             self.single_reads = 0
             world.kept_frames = None
             self.frames_are_old = False
             self.frames_revision = world.revision
             return data
+        if fresh and world.is_moved:
+            self.single_reads = 0
+            return world.link_frames(keeps_last=True)
         return world.live_data
 
+    def is_shown(self, record: BodyRecord) -> bool:
+        """Return whether the links of a body are shown where they are now."""
+        return self.frames_are_old or record.shown.item(0) == self.step_count.item(0)
+
     def mark_moved(self) -> None:
-        """Note that positions or velocities were written."""
+        """Note that positions or velocities were written, of bodies that are not known."""
         self.world.mark_moved()
         self.frames_are_old = True
+
+    def mark_placed(self, record: BodyRecord) -> None:
+        """Note that a script placed a body: its links are from now on shown where they are."""
+        record.shown[:] = self.step_count
+        self.boxes_are_old = True
 
 
 def _is_on_axis(record: BodyRecord, joint: int) -> bool:

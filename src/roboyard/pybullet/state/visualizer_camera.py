@@ -6,8 +6,11 @@ from dataclasses import field
 from typing import Any
 
 from roboyard._records import dataclass
+from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import Vector3
 
+WINDOW_METHODS = (c.GUI, c.GUI_SERVER, c.GUI_MAIN_THREAD)
+"""Connection methods with a window, whose images show shapes with alpha < 1 as transparent."""
 WIDTH, HEIGHT = 1024, 768
 FIELD_OF_VIEW = 90.0
 """Vertical field of view (degrees)."""

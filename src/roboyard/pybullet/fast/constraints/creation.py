@@ -37,7 +37,6 @@ class CreationState(NamedTuple):
     world: str = "world"
     moved: str = "is_moved"
     velocity_moved: str = "_velocity_moved"
-    frames_are_old: str = "frames_are_old"
     scalar: str = "is_scalar"
     identity: tuple[float, ...] = IDENTITY
     order: str = "constraint_order"
@@ -48,7 +47,7 @@ class CreationState(NamedTuple):
 _CREATION = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
 COMMAND, NONE, TRUE, WHOLE, NUMBER, LISTED, JOINED, SCENE, BODIES, JOINTS = range(3, 13)
-REQUESTED, IDS, NEXT, WORLD, MOVED, VELOCITY_MOVED, FRAMES, SCALAR, IDENTITY, ORDER, REST = range(13, 24)
+REQUESTED, IDS, NEXT, WORLD, MOVED, VELOCITY_MOVED, SCALAR, IDENTITY, ORDER, REST = range(13, 23)
 GIVEN, FIRST_VECTOR, FIRST_TURN = 10, 5, 8  # arguments after the client
 {parts(ATTRIBUTE, FOUND, PLAIN, ITEM, HAS_LENGTH)}
 @part
@@ -184,7 +183,6 @@ def entry(state, given, count, keywords):
     world = attribute(scene, word(state, WORLD))
     mark(state, world, word(state, MOVED))
     mark(state, world, word(state, VELOCITY_MOVED))
-    mark(state, scene, word(state, FRAMES))
     return number
 """
 

@@ -61,7 +61,7 @@ OLD, SINGLE_READS, FRAMES_REVISION, MOTOR_REVISION, MOTOR_FORCES, WRENCHES, PEND
 NO_FORCE, NEW, CHANGES, INERTIA_CHANGED, BOXES = range(22, 27)
 SCENE, WORLD, PUSHES, MANIFOLDS, REVISION, SAME, EMPTY_DICTS, EMPTY_LISTS, COMMANDS, FLUSH = range(3, 13)
 FIND, FINDS, EXECUTE, EXECUTED, INTEGRATE, INTEGRATED, FINISH, RAISED, HEED = range(13, 22)
-SETTINGS, CHANGED, FORCES, FILL_LINKS, FILL_JOINTS, OF_WORLD, OF_SCENE, SUM_INERTIA = range(22, 30)
+SETTINGS, CHANGED, FORCES, FILL_LINKS, FILL_JOINTS, OF_WORLD, OF_SCENE, SUM_INERTIA, STEPS = range(22, 31)
 {parts(ATTRIBUTE, FOUND, CALLED, IS_DONE)}
 @part
 def is_same(state, scene):
@@ -132,6 +132,8 @@ def is_noted(state, scene):
     note(owner, attributes, word(state, SINGLE_READS), word(state, KEY))
     note(owner, attributes, word(state, FRAMES_REVISION), revision)
     note(owner, attributes, word(state, MOTOR_REVISION), revision)
+    steps = numbers(word(scene, STEPS))
+    steps[0] += 1.0
     note(owner, attributes, word(state, MOTOR_FORCES), none)
     note(owner, attributes, word(state, WRENCHES), none)
     return True
@@ -213,12 +215,12 @@ def prepare(scene: PhysicsScene, logs: LogSet) -> None:
         *(loaded(step.find), step.found, loaded(step.execute), step.executed),
         *(step.integrate, (world.live_model, data), scene.end_step, RAISED, world.heed_warning),
         *(parameters, parameters.revision, world.wrenches, data.xfrc_applied.fill, data.qfrc_applied.fill),
-        *(vars(world), vars(scene), world.sum_inertia),
+        *(vars(world), vars(scene), world.sum_inertia, scene.step_count),
     )
 
 
 def _is_same(known: tuple[Any, ...]) -> bool:
     """Return whether attributes of objects are as they were when this was prepared."""
-    parts, (parameters, revision) = iter(known[5]), known[-8:-6]
+    parts, (parameters, revision) = iter(known[5]), known[-9:-7]
     are_same = all(owned.get(name) is value for owned, name, value in zip(parts, parts, parts, strict=True))
     return are_same and parameters.revision == revision

@@ -58,8 +58,8 @@ class Side(NamedTuple):
 
 NO_SIDE = Side([], np.zeros(0, np.int64))
 
-LinkReader = Callable[[int, object], tuple[Any, ...]]
-"""`read(link, with_velocity)`: the fields of getLinkState."""
+LinkReader = Callable[[int, object, bool], tuple[Any, ...]]
+"""`read(link, with_velocity, is_fresh)`: the fields of getLinkState."""
 
 MovedLinkReader = Callable[[int, object, bool], tuple[Any, ...]]
 """`read(link, with_velocity, is_fresh)`: the fields of getLinkState in the present state."""
@@ -97,7 +97,7 @@ class JointGroup(Protocol):
 class LinkGroup(Protocol):
     """Links of one body that are read together."""
 
-    def read(self, with_velocity: object) -> tuple[tuple[Any, ...], ...]:
+    def read(self, with_velocity: object, is_fresh: bool) -> tuple[tuple[Any, ...], ...]:
         """Return the fields of getLinkState of each link."""
         ...
 
@@ -230,6 +230,8 @@ class BodyRecord:
         """Poses of the inertial and the link frame of a fixed base, once they were asked for."""
         self.fixed_axes: tuple[Any, Array] | None = None
         """Quaternion of the inertial frame of a fixed base and its (3, 3) rotation, once it was asked for."""
+        self.shown = np.full(1, -1.0)
+        """`SceneBodies.step_count` when its links were last shown where they are."""
         self.revision = -1
         self._data: Any = None
         """MjData, or the body alone, whose arrays are looked up."""

@@ -37,7 +37,10 @@ _positions_of, _orientations_of = Struct("3d").iter_unpack, Struct("4d").iter_un
 
 
 def link_reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
-    """Return `read(link, with_velocity)` of a body's links; valid until MuJoCo's model is recompiled."""
+    """Return `read(link, with_velocity, is_fresh)` of links; valid until MuJoCo's model is recompiled.
+
+    It shows the frames of the arrays; unless `is_fresh`, those of the last step where these were kept.
+    """
     rows = record.rows
     data, rootid = world.live_data, world.live_model.body_rootid
     xpos, xquat, cvel, xipos, subtree_com = data.xpos, data.xquat, data.cvel, data.xipos, data.subtree_com
@@ -45,16 +48,16 @@ def link_reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
     found = np.zeros(20)
     local = [(link.frame.position, link.frame.quaternion) for link in record.links]
 
-    def read(link: int, with_velocity: object) -> State:
+    def read(link: int, with_velocity: object, is_fresh: bool) -> State:
         place = link + 1
         centre, turn = local[place]
         if not with_velocity:
-            positions, turns = world.kept_frames or (xpos, xquat)
+            positions, turns = (None if is_fresh else world.kept_frames) or (xpos, xquat)
             kernels.write_link_pose(positions, turns, frames, rows[place], place, found)
             v = tuple(found.tolist())
             return v[:3], v[3:7], centre, turn, v[7:10], v[10:14]
         world.link_velocities()
-        positions, turns = world.kept_frames or (xpos, xquat)
+        positions, turns = (None if is_fresh else world.kept_frames) or (xpos, xquat)
         kernels.write_link_state(
             *(positions, turns, frames, rows[place], place, xquat, cvel, xipos, subtree_com, rootid, found)
         )
@@ -68,7 +71,7 @@ def link_reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
 def moved_link_reader(world: World, record: BodyRecord) -> MovedLinkReader:
     """Return `read(link, with_velocity, is_fresh)` of a body's links in the present state of the World.
 
-    It leaves all frames as they are; with velocity these are shown unless `is_fresh`.
+    It leaves all frames as they are; with velocity those of the last step are shown unless `is_fresh`.
     """
     data, rows, chain = world.live_data, record.rows, chain_of(world)
     xpos, xquat = data.xpos, data.xquat
@@ -81,7 +84,8 @@ def moved_link_reader(world: World, record: BodyRecord) -> MovedLinkReader:
         place = link + 1
         centre, turn = local[place]
         if with_velocity:
-            write_state(chain, xpos, xquat, frames, rows[place], place, 1 if is_fresh else 0, moving)
+            shown, turns = world.kept_frames or (xpos, xquat)
+            write_state(chain, shown, turns, frames, rows[place], place, 1 if is_fresh else 0, moving)
             v = tuple(moving.tolist())
             return v[:3], v[3:7], centre, turn, v[7:10], v[10:14], v[14:17], v[17:]
         write(chain, frames, rows[place], place, found)
@@ -120,9 +124,10 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
 
     def push(link: int, local: int, numbers: tuple[Any, ...]) -> bool:
         place = free if link < 0 else -1
-        if place < 0 and (scene.frames_are_old or scene.frames_revision != world.revision):
+        is_fresh = place < 0 and scene.is_shown(record)
+        if place < 0 and (is_fresh or scene.frames_revision != world.revision):
             scene.frames(fresh=True)
-        shown, turns = world.kept_frames or (xpos, xquat)
+        shown, turns = (None if is_fresh else world.kept_frames) or (xpos, xquat)
         link += 1
         row, moved = rows[link], 4 if place < 0 and world.is_moved else 0
         done = kernels.push_link(arrays, shown, turns, row, link, place, local + moved, *numbers)
@@ -139,7 +144,7 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
     if "push" in world.prepared:
         world.prepared["push"][record.number] = (
             *(scene, world, wrenches, xpos, xquat, xipos, qpos, frames, applied),
-            *(np.array(rows, dtype=np.int64), free, centres),
+            *(np.array(rows, dtype=np.int64), free, centres, scene.step_count, record.shown),
         )
     return push
 
@@ -147,14 +152,16 @@ def link_pusher(scene: PhysicsScene, record: BodyRecord) -> LinkPusher:
 class LinkBoxes:
     """Boxes around the shapes of one body's links; valid until MuJoCo's model is recompiled."""
 
-    __slots__ = ("_box", "_boxes", "_chain", "_frames", "_rows", "_scene", "_world", "_xpos", "_xquat")
+    __slots__ = (
+        *("_box", "_boxes", "_chain", "_frames", "_rows", "_scene", "_shown", "_world", "_xpos", "_xquat"),
+    )
 
     def __init__(self, scene: PhysicsScene, record: BodyRecord) -> None:
         """Prepare reading of the boxes of a body."""
         world = scene.world
         data, count = world.live_data, len(record.rows)
         self._scene, self._world, self._xpos, self._xquat = scene, world, data.xpos, data.xquat
-        self._chain = chain_of(world)
+        self._chain, self._shown = chain_of(world), record.shown
         self._frames, self._rows = inertial_frames(record), np.array(record.rows, dtype=np.int64)
         self._box, self._boxes = np.zeros(6), np.zeros((count, 8))
         for place, link in enumerate(record.model.links):
@@ -166,6 +173,7 @@ class LinkBoxes:
                 *(world, data.xpos, data.xquat, self._frames, self._boxes, self._rows, self._box),
                 *(scene, chain_kernels().write_box_of_chain, self._chain),
                 *(tuple(n for place, row in enumerate(record.rows) for n in (row, place)), count - 1),
+                *(scene.step_count, record.shown),
             )
 
     @property
@@ -176,8 +184,8 @@ class LinkBoxes:
     def read(self, link: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the two (3,) corners of a link's box in the world (m); -1 for the base.
 
-        As in Bullet, those of links but the base are where they were before the last step, until a command
-        needs their present places.
+        As in Bullet, those of links but the base are where they were before the last step, until a script
+        places the body or has its frames computed.
         """
         place, box, scene = link + 1, self._box, self._scene
         poses = self._last_poses() if link >= 0 else None
@@ -201,8 +209,9 @@ class LinkBoxes:
         scene, world = self._scene, self._world
         if scene.frames_are_old or scene.frames_revision != world.revision:
             return None
-        kept = None if world.is_moved else world.kept_frames
-        return kept or (self._xpos, self._xquat)
+        if self._shown[0] == scene.step_count[0]:
+            return None
+        return world.kept_frames or (self._xpos, self._xquat)
 
 
 class SceneBoxes:
@@ -315,20 +324,19 @@ class LinkGroup:
         self._centres = tuple(record.links[place].frame.position for place in places)
         self._turns = tuple(record.links[place].frame.quaternion for place in places)
 
-    def read(self, with_velocity: object) -> tuple[State, ...]:
-        """Return the fields of getLinkState of each link."""
+    def read(self, with_velocity: object, is_fresh: bool) -> tuple[State, ...]:
+        """Return the fields of getLinkState of each link; see `link_reader` for the arguments."""
         speeds: tuple[Any, ...] = ()
         if with_velocity:
             self._world.link_velocities()
+        shown = (None if is_fresh else self._world.kept_frames) or self._frames
+        if with_velocity:
             frames, rows, places, positions, turned = self._arrays
             velocities, linear, angular = self._speeds
-            kernels.link_states(
-                *(self._world.kept_frames or self._frames), frames, rows, places, *self._moving,
-                positions, turned, velocities,
-            )  # fmt: skip
+            kernels.link_states(*shown, frames, rows, places, *self._moving, positions, turned, velocities)
             speeds = _positions_of(linear), _positions_of(angular)
         else:
-            kernels.link_poses(*(self._world.kept_frames or self._frames), *self._arrays)
+            kernels.link_poses(*shown, *self._arrays)
         positions, turned, frame_positions, frame_turned = self._parts
         return tuple(
             zip(
