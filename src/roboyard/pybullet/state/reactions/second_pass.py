@@ -76,7 +76,7 @@ def second_pass(links, timestep, pushes, acceleration, motions, wrenches, effort
             push(links, motions, wrenches, b)
     for b in range(1, links.parent.shape[0]):
         above = links.parent[b]
-        for d in range(links.first_dof[b], links.first_dof[b] + links.dofs[b] if above > 0 else 0):
+        for d in range(links.first_dof[b], links.first_dof[b] + (links.dofs[b] if above > 0 else 0)):
             force = times(pushes[d], vector(links.axes, d, 3))
             apart = minus(vector(links.middle, b, 0), vector(links.middle, above, 0))
             put(wrenches, above, 3, minus(vector(wrenches, above, 3), cross(apart, force)))
