@@ -1,6 +1,7 @@
 """Rows solved in turn: both ways are a plain loop in Python, and forces alone accelerate as in MuJoCo."""
 
 from dataclasses import replace
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -11,7 +12,7 @@ from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.stepping import kernels as step_kernels
 from roboyard.sim.stepping.dynamics import inertia
-from roboyard.sim.stepping.impulses import lanes, layout, table
+from roboyard.sim.stepping.impulses import grouping, lanes, layout, table
 from roboyard.sim.stepping.impulses.records import BLOCK, DENSE, KEEP, LINES, OTHERS, SOLVE
 from roboyard.sim.stepping.sequential import solver_arrays
 from roboyard.sim.stepping.step_rows import ALL
@@ -467,3 +468,20 @@ def test_tables_begin_at_lines_of_the_cache(rows: int) -> None:
         for numbers in (solver.across, solver.table, solver.lines):
             assert numbers.ctypes.data % 64 == 0 and len(numbers) % BLOCK == 0 and not numbers.any()
         assert len(solver.across) == 7 * len(solver.lines) / LINES
+
+
+@pytest.mark.parametrize("has_groups", [False, True])
+def test_rows_of_a_world_in_which_nothing_moves_are_none(has_groups: bool) -> None:
+    """The first row of a group came after its last: numbers before an array were written then."""
+    solver = solver_arrays.of_solver(8, 0, 1, 0, 8)
+    solver.ends[:] = 0
+    gather: Any = grouping.gather_groups
+    gather(None, None, solver, has_groups)
+    for group in solver.parts[: solver.parts[-1, 0]]:
+        assert not np.diff(group.reshape(-1, 2)).any()
+    before = solver.lines.base.copy()
+    table.solve_by_table(
+        solver.order, solver.spans, solver.goals, solver.ends, solver.parts, solver.across, 50.0, 1e-7, False,
+        solver.table, solver.lines, solver.change,
+    )  # fmt: skip
+    np.testing.assert_array_equal(solver.lines.base, before)

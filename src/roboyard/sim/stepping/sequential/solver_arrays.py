@@ -123,7 +123,7 @@ def of_solver(
         taken=np.zeros(trees, np.uint8),
         groups=np.zeros(trees, np.int32),
         places=np.zeros(0, np.int32),
-        parts=np.zeros((trees + 1, 10), np.int32),
+        parts=np.zeros((max(trees, 1) + 1, 10), np.int32),  # the row with their number is no group's
         ends=np.full(6, -1, np.int32),
         order=np.zeros((rows, 4), np.int32),
         spans=np.zeros((rows, 4), np.int32),
