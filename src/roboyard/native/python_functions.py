@@ -25,6 +25,8 @@ PYTHON: dict[str, Any] = {
             types.CPointer(WORD), types.CPointer(WORD), types.CPointer(WORD)
         ),
         "PyErr_Occurred": WORD(),
+        "PyErr_Restore": types.void(WORD, WORD, WORD),
+        "PyErr_SetObject": types.void(WORD, WORD),
         "PyEval_RestoreThread": types.void(WORD),
         "PyEval_SaveThread": WORD(),
         "PyException_SetTraceback": types.int32(WORD, WORD),
