@@ -219,6 +219,7 @@ def test_a_robot_of_which_only_fixed_joints_are_commanded(
 
     monkeypatch.setattr(MotorCommands, "set", refuse)
     p.setJointMotorControl2(*given, force=7)
+    monkeypatch.undo()
     with pytest.raises(p.error, match="out-of-range"):
         p.setJointMotorControl2(0, 99, p.POSITION_CONTROL, 0.3, force=7)
 
