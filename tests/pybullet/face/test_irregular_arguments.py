@@ -177,3 +177,46 @@ def test_irregular_arguments_have_the_same_outcome(name: str) -> None:
                 assert ours == theirs, f"argument {place}: {kind}"
             outcome(name, given, is_python=False)
         world()
+
+
+class Clearing:
+    """A number that empties the list that has it when it is read."""
+
+    def __init__(self, owner: list[Any]) -> None:
+        """Note the list."""
+        self.owner = owner
+
+    def __float__(self) -> float:
+        """Empty the list and return 1.5."""
+        self.owner.clear()
+        return 1.5
+
+    def __index__(self) -> int:
+        """Empty the list and return 1."""
+        self.owner.clear()
+        return 1
+
+    def __len__(self) -> int:
+        """Return 3, so that it also serves as a row of three numbers."""
+        return 3
+
+    def __getitem__(self, place: int) -> float:
+        """Empty the list and return one of the numbers."""
+        self.owner.clear()
+        return (0.25, 0.5, 0.75)[place]
+
+
+@pytest.mark.usefixtures("_client")
+@pytest.mark.parametrize("name", sorted(CALLS))
+def test_lists_that_are_emptied_while_they_are_read_end_no_process(name: str) -> None:
+    given = CALLS[name]
+    for place in range(len(given)):
+        for length in (1, 2, 3, 4, 40):
+            for position in {0, 1, length - 1}:
+                for _ in range(2):
+                    values: list[Any] = [0.5] * length
+                    values[min(position, length - 1)] = Clearing(values)
+                    outcome(name, (*given[:place], values, *given[place + 1 :]), is_python=False)
+                    outcome(name, given, is_python=False)
+        world()
+    assert outcome(name, given, is_python=False) is None

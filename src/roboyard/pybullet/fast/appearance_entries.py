@@ -9,7 +9,17 @@ from __future__ import annotations
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, NUMBER, PLAIN, WHOLE, parts
+from roboyard.native.entry_parts import (
+    ATTRIBUTE,
+    FOUND,
+    HAS_LENGTH,
+    ITEM,
+    NUMBER,
+    NUMBER_IN,
+    PLAIN,
+    WHOLE,
+    parts,
+)
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 
@@ -40,22 +50,16 @@ class AppearanceState(NamedTuple):
     color: str = "rgba"
     specular: str = "specular"
     texture: str = "texture"
+    joined: tuple[()] = ()
+    """Of which the type is read."""
 
 
 _SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
 COMMAND, NONE, WHOLE, NUMBER, LISTED, SCENE, BODIES, JOINTS, COLORS, BODY, IDS, WORLD = range(3, 15)
-SHAPES, CHANGES, ORDERED, TRUE, TEXTURES, PENDING, IMAGES, COLOR, SPECULAR, TEXTURE = range(15, 25)
+SHAPES, CHANGES, ORDERED, TRUE, TEXTURES, PENDING, IMAGES, COLOR, SPECULAR, TEXTURE, TUPLE = range(15, 26)
 GIVEN_SHAPE, GIVEN_TEXTURE, GIVEN_COLOR, GIVEN_SPECULAR, MOST = 3, 4, 5, 6, 8  # arguments with the client
-{parts(ATTRIBUTE, FOUND, WHOLE, NUMBER, PLAIN, ITEM, HAS_LENGTH)}
-@part
-def number_of(state, values, place):
-    if word(values, KIND) == word(word(state, LISTED), KIND):
-        value = word(word(values, ITEMS), place)
-        found = plain(state, value)
-        return found if found == found else number(value)
-    return item(values, place)
-
+{parts(ATTRIBUTE, FOUND, WHOLE, NUMBER, PLAIN, ITEM, HAS_LENGTH, NUMBER_IN)}
 @part
 def argument(state, given, count, place):
     return given[place] if place < count else word(state, NONE)
@@ -74,7 +78,7 @@ def fits(state, given, count):
             if not has_length(values, length):
                 return False
             for k in range(length):
-                total += number_of(state, values, k)
+                total += number_in(state, values, k)
         if total - total != 0.0:
             return False
     return True
@@ -107,7 +111,7 @@ def change(state, body, shapes, link, shape, name, value):
 def color_of(state, values):
     made = PyTuple_New(4)
     for k in range(4):
-        PyTuple_SetItem(made, k, PyFloat_FromDouble(number_of(state, values, k)))
+        PyTuple_SetItem(made, k, PyFloat_FromDouble(number_in(state, values, k)))
     return made
 
 @part
@@ -133,7 +137,7 @@ def is_changed(state, scene, record, given, count):
         change(state, body, shapes, link + 1, shape, word(state, COLOR), made)
         Py_DecRef(made)
     if specular != word(state, NONE):
-        total = number_of(state, specular, 0) + number_of(state, specular, 1) + number_of(state, specular, 2)
+        total = number_in(state, specular, 0) + number_in(state, specular, 1) + number_in(state, specular, 2)
         made = PyFloat_FromDouble(total / 3.0)
         change(state, body, shapes, link + 1, shape, word(state, SPECULAR), made)
         Py_DecRef(made)

@@ -221,7 +221,7 @@ def prepare_write(
         prepared: `Engine.prepared` of the world.
         kind: of what is prepared.
         places: the command's first arguments after the client.
-        write: `property_entries.Write`.
+        write: `property_writes.Write`.
     """
     by_place: Any = prepared[kind]
     for place in places[:-1]:

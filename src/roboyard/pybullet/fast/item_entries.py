@@ -11,7 +11,17 @@ from typing import Any
 import numpy as np
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAIN, TRIPLE, parts
+from roboyard.native.entry_parts import (
+    ATTRIBUTE,
+    FOUND,
+    HAS_LENGTH,
+    ITEM,
+    NUMBER,
+    NUMBER_IN,
+    PLAIN,
+    TRIPLE,
+    parts,
+)
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.state.debug_items import MAX_POINTS, WHITE
@@ -60,8 +70,8 @@ class ItemState(NamedTuple):
 _ITEM = f"""{COUNTED}
 COMMAND, CLOCK, PARENT, WHITE, WIDTH, LISTED, OWNER, TABLE, IDS, NEXT, REVISION = range(3, 14)
 NONE, TEXT, EMPTY = range(14, 17)
-NUMBER, WHOLE = WIDTH, PARENT
-{parts(PLAIN, ITEM, HAS_LENGTH, TRIPLE)}
+NUMBER, WHOLE, TUPLE = WIDTH, PARENT, WHITE
+{parts(PLAIN, ITEM, HAS_LENGTH, TRIPLE, NUMBER, NUMBER_IN)}
 @part
 def triple_of_sequence(values):
     if not has_length(values, 3):
@@ -123,16 +133,11 @@ def triple_of(state, values):
         return triple_of_sequence(values)
     if word(values, SIZE) != 3:
         return 0
-    first = ITEMS if is_tuple else 0
-    start = values if is_tuple else word(values, ITEMS)
     made, total = PyTuple_New(3), 0.0
     for place in range(3):
-        value = word(start, first + place)
-        size = plain(state, value)
-        if size != size:
-            size = item(values, place)  # no plain number, as NumPy's
+        size, value = number_in(state, values, place), held(state, values, place)
         total += size
-        if word(value, KIND) == word(word(state, NUMBER), KIND):
+        if value != 0 and word(value, KIND) == word(word(state, NUMBER), KIND):
             Py_IncRef(value)
         else:
             value = PyFloat_FromDouble(size)
@@ -295,6 +300,8 @@ def start_of(state, values):
 
 @part
 def is_read(state, rows, into):
+    if size_of(state, rows) != len(into):
+        return False
     first, total = start_of(state, rows), 0.0
     for row in range(len(into)):
         values = word(first, row)

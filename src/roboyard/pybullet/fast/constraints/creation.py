@@ -10,7 +10,16 @@ from __future__ import annotations
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAIN, parts
+from roboyard.native.entry_parts import (
+    ATTRIBUTE,
+    FOUND,
+    HAS_LENGTH,
+    ITEM,
+    NUMBER,
+    NUMBER_IN,
+    PLAIN,
+    parts,
+)
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.face import constants as c
@@ -49,7 +58,8 @@ KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
 COMMAND, NONE, TRUE, WHOLE, NUMBER, LISTED, JOINED, SCENE, BODIES, JOINTS = range(3, 13)
 REQUESTED, IDS, NEXT, WORLD, MOVED, VELOCITY_MOVED, SCALAR, IDENTITY, ORDER, REST = range(13, 23)
 GIVEN, FIRST_VECTOR, FIRST_TURN = 10, 5, 8  # arguments after the client
-{parts(ATTRIBUTE, FOUND, PLAIN, ITEM, HAS_LENGTH)}
+TUPLE = JOINED
+{parts(ATTRIBUTE, FOUND, PLAIN, ITEM, HAS_LENGTH, NUMBER, NUMBER_IN)}
 @part
 def has_link(state, bodies, body, link):
     record = found(bodies, body)
@@ -89,16 +99,11 @@ def vector(state, values, length):
         return vector_of_sequence(values, length)
     if word(values, SIZE) != length:
         return 0
-    start = values if is_tuple else word(values, ITEMS)
-    first = ITEMS if is_tuple else 0
     made, total = PyTuple_New(length), 0.0
     for place in range(length):
-        value = word(start, first + place)
-        size = plain(state, value)
-        if size != size:
-            size = item(values, place)  # no plain number, as NumPy's
+        size, value = number_in(state, values, place), held(state, values, place)
         total += size * size
-        if word(value, KIND) == word(word(state, NUMBER), KIND):
+        if value != 0 and word(value, KIND) == word(word(state, NUMBER), KIND):
             Py_IncRef(value)
         else:
             value = PyFloat_FromDouble(size)
