@@ -30,6 +30,7 @@ PREPARED: dict[str, dict[Any, dict[int, Any]]] = {
     for kind in (
         *("push", "box", "motors", "efforts", "masses", "joints", "constraints", "dynamics", "pivots"),
         *("contacts", "torques", "bases", "rays", "overlaps", "closest", "velocities", "links", "read"),
+        "states",
         *("detection", "step"),
     )
 }

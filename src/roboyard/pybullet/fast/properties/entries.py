@@ -7,10 +7,10 @@ are given to the function of the first as a tuple. An argument that is as it was
 calls nothing where the state, or what is prepared, names the attribute that holds it.
 
 Where the state names requests, a call of one that is there writes all values into it; see
-`property_requests`.
+`properties.requests`.
 
-A function may prepare a `property_writes.Write` of its argument: from then on the machine code does what the
-function would, until rows of MuJoCo's arrays change (`Engine.prepared`).
+A function may prepare a `properties.writes.Write` of its argument: from then on the machine code does what
+the function would, until rows of MuJoCo's arrays change (`Engine.prepared`).
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from roboyard.native.entry_parts import (
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.pairs import PAIR, SIGNED, SIGNED_PAIR
-from roboyard.pybullet.fast.property_requests import REQUESTS
-from roboyard.pybullet.fast.property_writes import WRITES
+from roboyard.pybullet.fast.properties.requests import REQUESTS
+from roboyard.pybullet.fast.properties.writes import WRITES
 
 IGNORED = "ignored"
 """In place of a function: the argument changes nothing."""

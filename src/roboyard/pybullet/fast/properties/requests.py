@@ -1,4 +1,4 @@
-"""Changes of what is only requested yet, as parts of an entry; see `property_entries`.
+"""Changes of what is only requested yet, as parts of an entry; see `properties.entries`.
 
 A request is a list, into which a command writes all values that it is given.
 """
