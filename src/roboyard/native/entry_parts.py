@@ -150,6 +150,19 @@ and of a tuple in the state. ITEM, PLAIN and NUMBER have to be there, too.
 """
 
 
+IS_ARRAY = """
+def is_array(values, sample):
+    if word(values, KIND) != word(sample, KIND) or word(values, 7) != word(sample, 7):
+        return False
+    return word(values, 3) & 0xFFFFFFFF == 1
+"""
+"""Whether an object is an array of one dimension and of the same type of numbers as another one.
+
+KIND is the place of an object's type. The numbers are the places of an array's dimensions and of its type of
+numbers, see `objects.arrays_have_the_known_layout`.
+"""
+
+
 def parts(*sources: str) -> str:
     """Return functions as parts of an entry."""
     return "".join(source.replace("\ndef ", "\n@part\ndef ") for source in sources)

@@ -25,7 +25,8 @@ pytestmark = pytest.mark.skipif(
 MANY, ONE = ("getJointStates", "getJointStatesMultiDof"), ("getJointState", "getJointStateMultiDof")
 ORDERS: tuple[Any, ...] = (
     *([0, 1, 2], [1], (1, 0), range(3), np.arange(2), [np.int64(1), np.int64(0)], [0, 0], [True]),
-    *([2], np.array([2, 1], np.uint8), [1.0]),
+    *([2], np.array([2, 1], np.uint8), [1.0], np.array([1, 0, 2])[::-1], np.array([1, 5, 0, 5])[::2]),
+    *(np.array([1, 0], ">i8"), np.array([0, 1], np.int32), np.array([[0, 1]])[0], np.array([0.0, 1.0])),
 )
 
 
@@ -122,10 +123,13 @@ def test_errors_are_those_of_the_python_functions(arm: int) -> None:
             with pytest.raises((p.error, OverflowError)):
                 getattr(p, name)(arm, joint)
     for name in MANY:
-        for joints in ([3], [0, -1], [0, 99]):
+        for joints in ([3], [0, -1], [0, 99], np.array([0, 3]), np.array([-1]), np.array([2**62])):
             with pytest.raises(p.error, match="out-of-range"):
                 getattr(p, name)(arm, joints)
+        with pytest.raises(p.error):
+            getattr(p, name)(arm, np.array([[0, 1]]))
         assert getattr(p, name)(arm, []) is None
+        assert getattr(p, name)(arm, np.zeros(0, np.int64)) is None
 
 
 def test_an_index_that_steps_and_removes_while_it_is_read(arm: int) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import NUMBER, NUMBER_IN, PLAIN, WHOLE, parts
+from roboyard.native.entry_parts import IS_ARRAY, NUMBER, NUMBER_IN, PLAIN, WHOLE, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.fast.fast_entries import PARTS
@@ -43,14 +43,16 @@ class JointState(NamedTuple):
     forces: str = "_motor_forces"
     revision: str = "motor_revision"
     reaction: tuple[float, ...] = NO_REACTION
+    array: Any = np.zeros(0, np.int64)
+    """Of which the type of numbers is read."""
 
 
 _SOURCE = f"""{PARTS}
 COMMAND, PREPARED, IS_MANY, HAS_TUPLES, NONE, TRUE, WHOLE, NUMBER, LISTED = range(3, 12)
-FORCES, REVISION, REACTION = range(12, 15)
+FORCES, REVISION, REACTION, ARRAY = range(12, 16)
 SCENE, QPOS, QVEL, POSITIONS, VELOCITIES, MOTORED, APPLIED, SENSORS, FIND, MODEL_REVISION = range(3, 13)
 TUPLE = REACTION
-{parts(PLAIN, WHOLE, NUMBER, NUMBER_IN)}
+{parts(PLAIN, WHOLE, NUMBER, NUMBER_IN, IS_ARRAY)}
 @part
 def has_forces(state, body):
     if PySet_Size(word(body, SENSORS)) != 0:
@@ -110,14 +112,19 @@ def joint_at(state, values, place):
 
 @part
 def many(state, body, forces, values):
-    length = PySequence_Size(values)
-    if length < 0:
-        PyErr_Clear()
+    are_integers, length = is_array(values, word(state, ARRAY)), 0
+    if are_integers:
+        length = len(integers(values))
+    else:
+        length = PySequence_Size(values)
+        if length < 0:
+            PyErr_Clear()
     if length < 1:
         return 0
     made = PyTuple_New(length)
     for k in range(length):
-        one = state_of(state, body, forces, joint_at(state, values, k))
+        joint = integers(values)[k] if are_integers else joint_at(state, values, k)
+        one = state_of(state, body, forces, joint)
         if one == 0:
             Py_DecRef(made)
             return 0
