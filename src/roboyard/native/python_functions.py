@@ -47,6 +47,7 @@ PYTHON: dict[str, Any] = {
         "PyObject_Vectorcall": WORD(WORD, types.CPointer(WORD), WORD, WORD),
         "PySequence_GetItem": WORD(WORD, WORD),
         "PySequence_Size": WORD(WORD),
+        "PySet_Contains": types.int32(WORD, WORD),
         "PySet_Size": WORD(WORD),
         "PyTuple_GetItem": WORD(WORD, WORD),
         "PyTuple_New": WORD(WORD),

@@ -1,7 +1,7 @@
 """getJointState, getJointStates and their forms for joints of any kind as machine code; see `fast_entries`.
 
-They read joints of at most one degree of freedom after a step, of bodies without force-torque sensors. Forces
-of motors are found by a function of Python once after each step. Anything else goes to the Python functions.
+They read joints of at most one degree of freedom after a step, without force-torque sensors. Forces of motors
+are found by a function of Python once after each step. Anything else goes to the Python functions.
 """
 
 from __future__ import annotations
@@ -55,8 +55,6 @@ TUPLE = REACTION
 {parts(PLAIN, WHOLE, NUMBER, NUMBER_IN, IS_ARRAY)}
 @part
 def has_forces(state, body):
-    if PySet_Size(word(body, SENSORS)) != 0:
-        return False
     if whole(attribute(word(body, SCENE), word(state, REVISION))) != whole(word(body, MODEL_REVISION)):
         return False
     if attribute(word(body, SCENE), word(state, FORCES)) != word(state, NONE):
@@ -67,6 +65,15 @@ def has_forces(state, body):
         return False
     Py_DecRef(done)
     return attribute(word(body, SCENE), word(state, FORCES)) != word(state, NONE)
+
+@part
+def has_sensor(body, joint):
+    if PySet_Size(word(body, SENSORS)) == 0:
+        return False
+    number = PyLong_FromLongLong(joint)
+    answer = PySet_Contains(word(body, SENSORS), number)
+    Py_DecRef(number)
+    return answer != 0
 
 @part
 def put(state, made, place, value):
@@ -82,6 +89,8 @@ def state_of(state, body, forces, joint):
     if not 0 <= joint < len(positions) or positions[joint] < -1:
         return 0
     place = positions[joint]
+    if has_sensor(body, joint):
+        return 0
     if place < 0 and word(state, HAS_TUPLES) == word(state, TRUE):
         return 0
     made = PyTuple_New(4)
@@ -166,7 +175,7 @@ def prepare(scene: PhysicsScene, record: BodyRecord) -> None:
     known: Any = world.prepared.get(KIND)
     if known is None or record.number in known or world.is_stale or record.soft is not None:
         return
-    if record.revision != world.revision or record.sensors:
+    if record.revision != world.revision:
         return
     read: Any = world.prepared["read"]
     if (KIND, record.number) not in read:  # to prepare what is read once between edits would take longer
