@@ -135,7 +135,10 @@ def triple_of(state, values):
         return 0
     made, total = PyTuple_New(3), 0.0
     for place in range(3):
-        size, value = number_in(state, values, place), held(state, values, place)
+        value = held(state, values, place)
+        size = plain(state, value) if value != 0 else np.nan
+        if size != size:
+            size, value = number_in(state, values, place), 0  # whose function may free the object
         total += size
         if value != 0 and word(value, KIND) == word(word(state, NUMBER), KIND):
             Py_IncRef(value)

@@ -101,9 +101,15 @@ def vector(state, values, length):
         return 0
     made, total = PyTuple_New(length), 0.0
     for place in range(length):
-        size, value = number_in(state, values, place), held(state, values, place)
+        value = held(state, values, place)
+        size = plain(state, value) if value != 0 else np.nan
+        if size != size:
+            size, value = number_in(state, values, place), 0  # whose function may free the object
         total += size * size
         if value != 0 and word(value, KIND) == word(word(state, NUMBER), KIND):
+            Py_IncRef(value)
+        elif size == 0.0 and 1.0 / size > 0.0:  # the most frequent number
+            value = word(state, NUMBER)
             Py_IncRef(value)
         else:
             value = PyFloat_FromDouble(size)

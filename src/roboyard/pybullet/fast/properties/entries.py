@@ -88,7 +88,12 @@ def single(state, value):
 
 @part
 def has_numbers(state, values, length):
-    if not has_length(values, length):
+    kind, fits = word(values, KIND), False
+    if kind == word(word(state, LISTED), KIND) or kind == word(word(state, TUPLE), KIND):
+        fits = word(values, SIZE) == length
+    else:
+        fits = has_length(values, length)
+    if not fits:
         return False
     total = 0.0
     for place in range(length):

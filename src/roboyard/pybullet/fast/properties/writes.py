@@ -115,7 +115,7 @@ def are_equal(state, present, value, length):
     Py_IncRef(present)  # reading a number may call a function of Python
     is_equal = True
     for k in range(length):
-        if plain(state, word(present, ITEMS + k)) != number_in(state, value, k):
+        if is_equal and plain(state, word(present, ITEMS + k)) != number_in(state, value, k):
             is_equal = False
     Py_DecRef(present)
     return is_equal
