@@ -85,6 +85,9 @@ def fits(state, given, count):
 
 @part
 def change(state, body, shapes, link, shape, name, value):
+    changes = attribute(shapes, word(state, CHANGES))
+    if changes == 0:  # the simulation was reset
+        return
     key, made = PyTuple_New(4), PyTuple_New(2)
     number = attribute(body, word(state, IDS))
     Py_IncRef(number)
@@ -98,7 +101,6 @@ def change(state, body, shapes, link, shape, name, value):
     PyTuple_SetItem(made, 0, body)
     Py_IncRef(value)
     PyTuple_SetItem(made, 1, value)
-    changes = attribute(shapes, word(state, CHANGES))
     if whole(shape) >= 0:
         PyObject_SetAttr(shapes, word(state, ORDERED), word(state, TRUE))
     if attribute(shapes, word(state, ORDERED)) == word(state, TRUE) and found(changes, key) != 0:
@@ -116,10 +118,10 @@ def color_of(state, values):
 
 @part
 def is_changed(state, scene, record, given, count):
-    link = whole(given[2])
+    link, image = whole(given[2]), 0
     if not -1 <= link < whole(attribute(record, word(state, JOINTS))):
         return False
-    textures, image = attribute(scene, word(state, TEXTURES)), 0
+    textures = attribute(scene, word(state, TEXTURES))
     if count > GIVEN_TEXTURE and whole(given[GIVEN_TEXTURE]) >= -1:
         if PyList_Size(attribute(textures, word(state, PENDING))) > 0:
             return False
@@ -127,6 +129,9 @@ def is_changed(state, scene, record, given, count):
         image = word(state, NONE) if image == 0 else image
     body = attribute(record, word(state, BODY))
     shapes = attribute(attribute(scene, word(state, WORLD)), word(state, SHAPES))
+    Py_IncRef(body)  # reading a number may reset the simulation
+    Py_IncRef(shapes)
+    Py_IncRef(image)
     shape = given[GIVEN_SHAPE] if count > GIVEN_SHAPE else word(state, WHOLE)
     color = argument(state, given, count, GIVEN_COLOR)
     specular = argument(state, given, count, GIVEN_SPECULAR)
@@ -143,13 +148,21 @@ def is_changed(state, scene, record, given, count):
         Py_DecRef(made)
     if image != 0:
         change(state, body, shapes, link + 1, shape, word(state, TEXTURE), image)
+        Py_DecRef(image)
+    Py_DecRef(shapes)
+    Py_DecRef(body)
     return True
 
 def entry(state, given, count, keywords):
     if keywords == 0 and 3 <= count <= MOST and fits(state, given, count):
         scene = attribute(given[0], word(state, SCENE))
         record = found(attribute(scene, word(state, BODIES)), given[1]) if scene != 0 else 0
-        if record != 0 and is_changed(state, scene, record, given, count):
+        is_done = False
+        if record != 0:
+            Py_IncRef(record)
+            is_done = is_changed(state, scene, record, given, count)
+            Py_DecRef(record)
+        if is_done:
             Py_IncRef(word(state, NONE))
             return word(state, NONE)
     return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)

@@ -139,8 +139,8 @@ def entry(state, given, count, keywords):
     if keywords == 0 and (count == 2 or count == 3):
         body = prepared(state, given[0], given[1])
         if body != 0:
-            link, made = whole(given[2]) if count == 3 else -1, 0
             Py_IncRef(body)
+            link, made = whole(given[2]) if count == 3 else -1, 0
             if -1 <= link < PyLong_AsLongLong(word(body, LAST)) and is_found(state, body, link):
                 out = numbers(word(body, OUT))
                 made = PyTuple_New(2)

@@ -161,6 +161,7 @@ def store(state, items, made, replaced):
     PyDict_SetItem(table, number, made)
     Py_DecRef(made)
     count_up(items, word(state, REVISION))
+    Py_DecRef(items)
     return number
 """
 _LINE = f"""{_ITEM}
@@ -200,8 +201,13 @@ def entry(state, given, count, keywords):
     if count > 8:
         fits = fits and word(given[8], KIND) == word(word(state, PARENT), KIND)
     items = attribute(given[0], word(state, OWNER)) if fits else 0
-    made = line(state, given, count) if items != 0 else 0
+    made = 0
+    if items != 0:
+        Py_IncRef(items)  # reading a number may reset the simulation
+        made = line(state, given, count)
     if made == 0:
+        if items != 0:
+            Py_DecRef(items)
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
     return store(state, items, made, given[8] if count > 8 else 0)
 """
@@ -274,8 +280,13 @@ def entry(state, given, count, keywords):
     if count > 9:
         fits = fits and word(given[9], KIND) == word(word(state, PARENT), KIND)
     items = attribute(given[0], word(state, OWNER)) if fits else 0
-    made = text(state, given, count) if items != 0 else 0
+    made = 0
+    if items != 0:
+        Py_IncRef(items)  # reading a number may reset the simulation
+        made = text(state, given, count)
     if made == 0:
+        if items != 0:
+            Py_DecRef(items)
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
     return store(state, items, made, given[9] if count > 9 else 0)
 """
@@ -363,8 +374,13 @@ def entry(state, given, count, keywords):
     if count > 7:
         fits = fits and word(given[7], KIND) == word(word(state, PARENT), KIND)
     items = attribute(given[0], word(state, OWNER)) if fits else 0
-    made = points(state, given, count) if items != 0 else 0
+    made = 0
+    if items != 0:
+        Py_IncRef(items)  # reading a number may reset the simulation
+        made = points(state, given, count)
     if made == 0:
+        if items != 0:
+            Py_DecRef(items)
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
     return store(state, items, made, given[7] if count > 7 else 0)
 """

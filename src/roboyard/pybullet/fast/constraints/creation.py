@@ -178,9 +178,19 @@ def entry(state, given, count, keywords):
     fits = keywords == 0 and 9 <= count <= 11
     scene = attribute(given[0], word(state, SCENE)) if fits else 0
     made = 0
-    if scene != 0 and has_ends(state, attribute(scene, word(state, BODIES)), given):
-        made = request(state, given, count)
+    if scene != 0:
+        bodies = attribute(scene, word(state, BODIES))
+        Py_IncRef(scene)  # reading a number may reset the simulation
+        Py_IncRef(bodies)
+        if has_ends(state, bodies, given):
+            made = request(state, given, count)
+        Py_DecRef(bodies)
+        if made != 0 and attribute(given[0], word(state, SCENE)) != scene:
+            Py_DecRef(made)
+            made = 0
     if made == 0:
+        if scene != 0:
+            Py_DecRef(scene)
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
     ids = attribute(scene, word(state, IDS))
     number = attribute(ids, word(state, NEXT))
@@ -194,6 +204,7 @@ def entry(state, given, count, keywords):
     world = attribute(scene, word(state, WORLD))
     mark(state, world, word(state, MOVED))
     mark(state, world, word(state, VELOCITY_MOVED))
+    Py_DecRef(scene)
     return number
 """
 

@@ -212,6 +212,8 @@ def is_of_base(state, given, count, first):
 @part
 def are_changed(state, given, count, first, passed, writes, record):
     place = first
+    if writes != 0:
+        Py_IncRef(writes)  # reading a number may reset the simulation
     while place < count:
         at = ITEMS + place - first
         change, value = word(word(state, CHANGES), at), given[place]
@@ -243,12 +245,20 @@ def are_changed(state, given, count, first, passed, writes, record):
                 value = made
             passed[first] = value
             done = PyObject_Vectorcall(change, passed, first + 1, 0)
+            if writes != 0:
+                Py_DecRef(writes)
+            writes = 0
             if done == 0:
                 Py_DecRef(value)
                 return False
             Py_DecRef(done)
-            writes = writes_of(state, passed, first)  # the function may prepare others
+            if place < count:
+                writes = writes_of(state, passed, first)  # the function may prepare others
+            if writes != 0:
+                Py_IncRef(writes)
         Py_DecRef(value)
+    if writes != 0:
+        Py_DecRef(writes)
     return True
 
 def entry(state, given, count, keywords):

@@ -10,7 +10,8 @@ REQUESTS = """
 def request_of(state, given):
     if word(state, REQUESTS) == word(state, NONE):
         return 0
-    requests = attribute(attribute(given[0], word(state, SCENE)), word(state, REQUESTS))
+    scene = attribute(given[0], word(state, SCENE))
+    requests = attribute(scene, word(state, REQUESTS)) if scene != 0 else 0
     return found(requests, given[1]) if requests != 0 else 0
 
 @part
