@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+NO_INDEX = -(2**62)
+"""An integer that is no index, not even that of a base, in place of what is none of 64 bits."""
 ITEM = """
 def item(given, place):
     found = PySequence_GetItem(given, place)
@@ -54,15 +56,15 @@ def number(value):
     return made
 """
 """Any number as a float, NaN for anything else."""
-WHOLE = """
+WHOLE = f"""
 def whole(value):
     made = PyLong_AsLongLong(value)
     if made == -1 and PyErr_Occurred() != 0:
         PyErr_Clear()
-        return -4611686018427387904
+        return {NO_INDEX}
     return made
 """
-"""Any integer of 64 bits; for anything else one that is no index, not even that of a base."""
+"""Any integer of 64 bits, `NO_INDEX` for anything else."""
 TRIPLE = """
 def triple(x, y, z):
     made = PyTuple_New(3)
@@ -121,24 +123,46 @@ def is_done(made):
 """
 """Whether a call returned anything, which is given up."""
 NUMBER_IN = """
-def number_in(state, values, place):
+def held(state, values, place):
     kind = word(values, KIND)
     if kind == word(word(state, LISTED), KIND):
-        value = word(word(values, ITEMS), place)
-    elif kind == word(word(state, TUPLE), KIND):
-        value = word(values, ITEMS + place)
-    else:
+        return word(word(values, ITEMS), place) if place < word(values, SIZE) else 0
+    if kind == word(word(state, TUPLE), KIND):
+        return word(values, ITEMS + place) if place < word(values, SIZE) else 0
+    return 0
+
+def number_in(state, values, place):
+    value = held(state, values, place)
+    if value == 0:
         return item(values, place)
     found = plain(state, value)
-    return found if found == found else number(value)
+    if found != found:
+        Py_IncRef(value)  # its function may take it out of the list
+        found = number(value)
+        Py_DecRef(value)
+    return found
 """
-"""A number in a sequence that is long enough; NaN for anything else.
+"""A number in a sequence, NaN for anything else; before it the item of a list or tuple, which keeps it, or 0.
 
-KIND and ITEMS are the places of an object's type and of a tuple's items; LISTED and TUPLE are those of a
-list and of a tuple in the state. ITEM, PLAIN and NUMBER have to be there, too.
+Reading a number may call a function of Python, which may change the length of a list. KIND, SIZE and ITEMS
+are the places of an object's type, of a tuple's length and of its items; LISTED and TUPLE are those of a list
+and of a tuple in the state. ITEM, PLAIN and NUMBER have to be there, too.
+"""
+
+
+IS_ARRAY = """
+def is_array(values, sample):
+    if word(values, KIND) != word(sample, KIND) or word(values, 7) != word(sample, 7):
+        return False
+    return word(values, 3) & 0xFFFFFFFF == 1
+"""
+"""Whether an object is an array of one dimension and of the same type of numbers as another one.
+
+KIND is the place of an object's type. The numbers are the places of an array's dimensions and of its type of
+numbers, see `objects.arrays_have_the_known_layout`.
 """
 
 
 def parts(*sources: str) -> str:
     """Return functions as parts of an entry."""
-    return "".join(f"\n@part{source}" for source in sources)
+    return "".join(source.replace("\ndef ", "\n@part\ndef ") for source in sources)

@@ -41,7 +41,7 @@ _LAYOUT = 11
 """Increased whenever arguments are passed, or loops compiled, in another way."""
 _DIGEST = 32
 """Bytes of the hash before the machine code: LLVM ends the process at damaged code."""
-_DATA, _SHAPE, _STRIDES = 2, 4, 5
+_DATA, _COUNT, _SHAPE, _STRIDES, _DTYPE = 2, 3, 4, 5, 7
 """Places of the addresses in NumPy's array objects, in words."""
 _IMAGE = b"image of roboyard"
 _engines: list[Any] = []  # they own the machine code
@@ -153,7 +153,7 @@ def jitted(function: FunctionType, signature: Signature) -> Callable[..., Any]:
 
 @cache
 def arrays_have_the_known_layout() -> bool:
-    """Return whether NumPy's array objects have data, shape and strides where the machine code reads them."""
+    """Return whether NumPy's array objects have their fields where machine code reads them."""
     if sys.implementation.name != "cpython" or ctypes.sizeof(ctypes.c_void_p) != 8:
         return False
     probe = np.zeros((2, 3, 4))[:, ::2, 1:]
@@ -161,6 +161,8 @@ def arrays_have_the_known_layout() -> bool:
     shape, strides = (ctypes.cast(words[k], ctypes.POINTER(ctypes.c_int64)) for k in (_SHAPE, _STRIDES))
     return (
         words[_DATA] == probe.ctypes.data
+        and words[_COUNT] & 0xFFFFFFFF == probe.ndim
+        and words[_DTYPE] == id(probe.dtype)
         and tuple(shape[k] for k in range(3)) == probe.shape
         and tuple(strides[k] for k in range(3)) == probe.strides
     )

@@ -25,6 +25,8 @@ PYTHON: dict[str, Any] = {
             types.CPointer(WORD), types.CPointer(WORD), types.CPointer(WORD)
         ),
         "PyErr_Occurred": WORD(),
+        "PyErr_Restore": types.void(WORD, WORD, WORD),
+        "PyErr_SetObject": types.void(WORD, WORD),
         "PyEval_RestoreThread": types.void(WORD),
         "PyEval_SaveThread": WORD(),
         "PyException_SetTraceback": types.int32(WORD, WORD),
@@ -45,6 +47,8 @@ PYTHON: dict[str, Any] = {
         "PyObject_Vectorcall": WORD(WORD, types.CPointer(WORD), WORD, WORD),
         "PySequence_GetItem": WORD(WORD, WORD),
         "PySequence_Size": WORD(WORD),
+        "PySet_Contains": types.int32(WORD, WORD),
+        "PySet_Size": WORD(WORD),
         "PyTuple_GetItem": WORD(WORD, WORD),
         "PyTuple_New": WORD(WORD),
         "PyTuple_SetItem": types.int32(WORD, WORD, WORD),

@@ -15,7 +15,8 @@ from roboyard.pybullet.api import constraints
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.entries import FRONT
-from roboyard.pybullet.fast import fast_commands, property_entries
+from roboyard.pybullet.fast import fast_commands
+from roboyard.pybullet.fast.properties import entries as property_entries
 from roboyard.pybullet_data import getDataPath
 
 pytestmark = pytest.mark.skipif(

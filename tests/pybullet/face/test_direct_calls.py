@@ -183,6 +183,78 @@ def settled_boxes(box: int) -> list[int]:
     return [box, *boxes]
 
 
+def failed(name: str, *given: Any) -> tuple[str, list[str], Any]:
+    """Return text and notes of the error that a command raises, and the error."""
+    with pytest.raises(p.error) as problem:
+        getattr(p, name)(*given)
+    assert type(problem.value) is p.error
+    return str(problem.value), getattr(problem.value, "__notes__", []), problem.value
+
+
+READS: dict[str, tuple[Any, ...]] = {
+    "getAABB": (7, -1), "getBasePositionAndOrientation": (7,), "getBaseVelocity": (7,), "getBodyInfo": (7,),
+    "getConstraintInfo": (7,), "getDynamicsInfo": (7, -1), "getJointInfo": (7, 0), "getJointState": (7, 0),
+    "getJointStateMultiDof": (7, 0), "getLinkState": (7, 0),
+}  # fmt: skip
+
+
+def test_repeated_errors_are_new_exceptions_of_the_same_texts(box: int) -> None:
+    assert READS.keys() == command_names.KEPT_FAILURES.keys()
+    for name, given in READS.items():
+        with pytest.raises(p.error) as expected:
+            python(name)(*given)
+        found = [failed(name, *given) for _ in range(4)]
+        assert found[0][0] == str(expected.value)
+        assert found[0][1] == expected.value.__notes__
+        assert all(one[:2] == found[0][:2] for one in found)
+        assert len({id(one[2]) for one in found}) == 4
+        found[3][2].add_note("of the script")
+        assert failed(name, *given)[1] == found[0][1], "a script's notes stay with its exception"
+        one = failed(name, *given)[2]
+        assert one.__context__ is None
+        assert one.__cause__ is None
+    try:
+        raise KeyError(1)
+    except KeyError as first:
+        assert failed("getBodyInfo", 7)[2].__context__ is first
+
+
+def test_errors_follow_what_makes_bodies_and_constraints(box: int) -> None:
+    shape = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+    for _ in range(3):
+        assert [failed("getBodyInfo", 1)[1] for _ in range(3)] == [["there is no body 1; bodies: 0"]] * 3
+        for _ in range(3):
+            failed("getBasePositionAndOrientation", 1)
+            failed("getDynamicsInfo", 1, -1)
+            failed("getConstraintInfo", 1)
+        assert p.createMultiBody(1.0, shape, basePosition=[0, 0, 2]) == 1
+        assert p.getBodyInfo(1)[0]
+        assert p.getBasePositionAndOrientation(1)[0] == (0, 0, 2)
+        assert p.getDynamicsInfo(1, -1)[0] == 1.0
+        assert failed("getBasePositionAndOrientation", 2)[1] == ["there is no body 2; bodies: 0, 1"]
+        nowhere = [0, 0, 0]
+        made = p.createConstraint(1, -1, -1, -1, p.JOINT_POINT2POINT, nowhere, nowhere, nowhere)
+        assert p.getConstraintInfo(made)[4] == p.JOINT_POINT2POINT
+        p.removeConstraint(made)
+        for _ in range(3):
+            failed("getConstraintInfo", made)
+        p.resetSimulation()
+        shape = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+        p.createMultiBody(1.0, shape)
+
+
+def test_errors_of_two_clients_are_their_own(box: int) -> None:
+    other = p.connect(p.DIRECT)
+    for _ in range(4):
+        failed("getBodyInfo", 1)
+        with pytest.raises(p.error, match="Couldn't get body info"):
+            p.getBodyInfo(0, physicsClientId=other)
+        assert p.getBodyInfo(0)[0]
+    p.createMultiBody(1.0, physicsClientId=other)
+    assert p.getBodyInfo(0, physicsClientId=other)[0]
+    p.disconnect(other)
+
+
 def test_repeated_detection_finds_the_same(box: int) -> None:
     settled_boxes(box)
     p.performCollisionDetection()

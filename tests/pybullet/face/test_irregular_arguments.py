@@ -177,3 +177,99 @@ def test_irregular_arguments_have_the_same_outcome(name: str) -> None:
                 assert ours == theirs, f"argument {place}: {kind}"
             outcome(name, given, is_python=False)
         world()
+
+
+class Clearing:
+    """A number that empties the list that has it when it is read."""
+
+    def __init__(self, owner: list[Any]) -> None:
+        """Note the list."""
+        self.owner = owner
+
+    def __float__(self) -> float:
+        """Empty the list and return 1.5."""
+        self.owner.clear()
+        return 1.5
+
+    def __index__(self) -> int:
+        """Empty the list and return 1."""
+        self.owner.clear()
+        return 1
+
+
+class ClearingRow(Clearing):
+    """The same as a row of three numbers."""
+
+    def __len__(self) -> int:
+        """Return the number of numbers."""
+        return 3
+
+    def __getitem__(self, place: int) -> float:
+        """Empty the list and return one of the numbers."""
+        self.owner.clear()
+        return (0.25, 0.5, 0.75)[place]
+
+
+OF_NUMPY = "addUserDebugPoints", "calculateMassMatrix", "rayTestBatch"
+"""Commands whose Python functions give lists to NumPy, which reads freed memory if a row empties its list."""
+
+
+@pytest.mark.usefixtures("_client")
+@pytest.mark.parametrize("name", sorted(CALLS))
+def test_lists_that_are_emptied_while_they_are_read_end_no_process(name: str) -> None:
+    given = CALLS[name]
+    for place in range(len(given)):
+        for length in (1, 2, 3, 4, 40):
+            for position in {0, 1, length - 1}:
+                for kind in (Clearing,) if name in OF_NUMPY else (Clearing, ClearingRow):
+                    values: list[Any] = [0.5] * length
+                    values[min(position, length - 1)] = kind(values)
+                    outcome(name, (*given[:place], values, *given[place + 1 :]), is_python=False)
+                    outcome(name, given, is_python=False)
+        world()
+    assert outcome(name, given, is_python=False) is None
+
+
+class Resetting:
+    """A number that resets the simulation when it is read."""
+
+    def __float__(self) -> float:
+        """Reset the simulation and return 0.5."""
+        p.resetSimulation()
+        return 0.5
+
+    def __index__(self) -> int:
+        """Reset the simulation and return 1."""
+        p.resetSimulation()
+        return 1
+
+
+class ResettingRow(Resetting):
+    """The same as a row of three numbers."""
+
+    def __len__(self) -> int:
+        """Return the number of numbers."""
+        return 3
+
+    def __getitem__(self, place: int) -> float:
+        """Reset the simulation and return one of the numbers."""
+        p.resetSimulation()
+        return (0.25, 0.5, 0.75)[place]
+
+
+@pytest.mark.usefixtures("_client")
+@pytest.mark.parametrize("name", sorted(CALLS))
+def test_numbers_that_reset_the_simulation_while_they_are_read_end_no_process(name: str) -> None:
+    given = CALLS[name]
+    for place, value in enumerate(given):
+        hostile: list[Any] = [Resetting(), ResettingRow()]
+        if isinstance(value, list | tuple):
+            for at in range(len(value)):
+                for one in (Resetting(), ResettingRow(), [0.5, Resetting(), 0.5], [Resetting()]):
+                    hostile.append([*value[:at], one, *value[at + 1 :]])
+        for one in hostile:
+            for _ in range(3):
+                outcome(name, given, is_python=False)
+            outcome(name, (*given[:place], one, *given[place + 1 :]), is_python=False)
+            world()
+    assert outcome(name, given, is_python=False) is None

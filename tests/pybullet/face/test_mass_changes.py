@@ -15,7 +15,8 @@ from roboyard.pybullet.api import dynamics
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.entries import FRONT
-from roboyard.pybullet.fast import fast_commands, property_entries
+from roboyard.pybullet.fast import fast_commands
+from roboyard.pybullet.fast.properties import entries as property_entries
 
 pytestmark = pytest.mark.skipif(
     not (direct_calls.CAN_START and arrays_have_the_known_layout()), reason="machine code is not used here"

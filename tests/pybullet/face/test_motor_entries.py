@@ -14,6 +14,7 @@ from entry_robots import ARM, INERTIAL
 import roboyard.pybullet as p
 from roboyard.native.objects import arrays_have_the_known_layout
 from roboyard.pybullet import calling_forms
+from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import direct_calls
 from roboyard.pybullet.face.commands import COMMANDS
@@ -189,6 +190,38 @@ def test_machine_code_notes_motors_that_are_switched(arm: Path, monkeypatch: pyt
     assert torque != 0.0
     assert bodies[robot].applied[0] == torque  # of its last step
     assert bodies[robot].motored[0]
+
+
+def test_a_robot_of_which_only_fixed_joints_are_commanded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM.format(inertial=INERTIAL))
+    numbers = [p.connect(p.DIRECT), p.connect(p.DIRECT)]
+    for number in numbers:
+        p.setGravity(0, 0, -9.8, physicsClientId=number)
+        p.loadURDF(str(path), useFixedBase=True, physicsClientId=number)
+    kinds = [p.getJointInfo(0, joint)[2] for joint in range(p.getNumJoints(0))]
+    fixed = kinds.index(p.JOINT_FIXED)
+    assert p.JOINT_REVOLUTE in kinds
+    given = 0, fixed, p.POSITION_CONTROL, 0.3
+    for _ in range(3):
+        p.setJointMotorControl2(*given, force=5)
+        COMMANDS["setJointMotorControl2"].function(CLIENTS[1], *given, force=5)
+        for number in numbers:
+            p.stepSimulation(physicsClientId=number)
+    assert motors(0, 0) == motors(1, 0)
+    states = [p.getJointStates(0, range(len(kinds)), physicsClientId=number) for number in numbers]
+    assert states[0] == states[1]
+
+    def refuse(*_: Any) -> None:
+        raise AssertionError("a function of Python is called")
+
+    monkeypatch.setattr(MotorCommands, "set", refuse)
+    p.setJointMotorControl2(*given, force=7)
+    monkeypatch.undo()
+    with pytest.raises(p.error, match="out-of-range"):
+        p.setJointMotorControl2(0, 99, p.POSITION_CONTROL, 0.3, force=7)
 
 
 def test_old_forms_take_what_pybullet_takes(arm: Path) -> None:

@@ -273,9 +273,10 @@ def setJointMotorControlMultiDofArray(
 
 def _prepare(client: Client, record: BodyRecord) -> None:
     """Apply the pending commands of a body, so that machine code can command its motors."""
-    world, motors = client.scene.world, record.motor_commands
-    if motors is None or world.is_stale:
+    world = client.scene.world
+    if world.is_stale or not any(record.is_scalar):
         return
+    motors = _commands_of(client.scene, record)  # none yet where only fixed joints were commanded
     if record.revision != world.revision:
         client.scene.ready(record.number, OUT_OF_RANGE)
     if motors.pending:
@@ -358,13 +359,9 @@ def _drive(
             scene, record, joint, _within_limits(record, joint, position), velocity, kp, kd, force
         )
         return
-    scene.ensure_default_motors(record)
-    if record.motor_commands is None:
-        record.motor_commands = MotorCommands(
-            scene.world.motors.of(record.body), record.infos, record.body.dof_offsets, record.motors_off
-        )
-    record.motor_commands.flush()
-    record.motor_commands.bound_changed(joint, nan)
+    motors = _commands_of(scene, record)
+    motors.flush()
+    motors.bound_changed(joint, nan)
     scene.switch_motor(record, joint, off=force == 0.0)
     impulse = force * scene.time_step
     if mode == c.VELOCITY_CONTROL:
@@ -376,7 +373,17 @@ def _drive(
             max_velocity=max(fastest, 0.0),
         )  # fmt: skip
     if impulse > 0.0 or force == 0.0:
-        record.motor_commands.bound_changed(joint, impulse)
+        motors.bound_changed(joint, impulse)
+
+
+def _commands_of(scene: PhysicsScene, record: BodyRecord) -> MotorCommands:
+    """Return the fast motor commands of a body, whose default motors it has from then on."""
+    scene.ensure_default_motors(record)
+    if record.motor_commands is None:
+        record.motor_commands = MotorCommands(
+            scene.world.motors.of(record.body), record.infos, record.body.dof_offsets, record.motors_off
+        )
+    return record.motor_commands
 
 
 def _drive_many(

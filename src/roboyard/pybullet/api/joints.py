@@ -13,7 +13,7 @@ from roboyard.pybullet.face.arguments import are_finite, check_finite, indices, 
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.direct_calls import START
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_joints
+from roboyard.pybullet.fast.fast_commands import is_machine_code, replace_joint_reads, replace_joints
 from roboyard.pybullet.state.bodies.joint_groups import NO_REACTION, joint_group
 from roboyard.pybullet.state.bodies.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 
@@ -80,6 +80,8 @@ def getJointState(client: Client, bodyUniqueId: int, jointIndex: int) -> State:
     place = record.position_addresses[jointIndex]
     if place < 0 or jointIndex in record.sensors or not record.is_scalar[jointIndex]:
         return _state(client, record, jointIndex)
+    if is_machine_code("getJointState"):
+        _prepare_reads(client, record)
     dof = record.velocity_addresses[jointIndex]
     if jointIndex in record.motors_off or scene.motor_revision != record.revision:
         applied = record.applied[jointIndex]
@@ -112,6 +114,8 @@ def getJointStates(
         if not wanted:
             return None
         group = joint_group(record, wanted)
+    if is_machine_code("getJointStates"):
+        _prepare_reads(client, record)
     if not group.is_scalar or scene.motor_revision != record.revision:
         return tuple(_state(client, record, joint) for joint in group.joints)
     return _with_reactions(client, record, group, group.read(record, scene.motor_forces()))
@@ -130,6 +134,8 @@ def getJointStateMultiDof(client: Client, bodyUniqueId: int, jointIndex: int) ->
     record = _existing(client, bodyUniqueId)
     if not 0 <= whole(jointIndex) < record.joint_count:
         raise _joint_state_error(record, jointIndex)
+    if is_machine_code("getJointStateMultiDof"):
+        _prepare_reads(client, record)
     return _state_of_many(client, record, jointIndex)
 
 
@@ -150,6 +156,8 @@ def getJointStatesMultiDof(
         group = record.joint_groups.get(tuple(jointIndex))
     except TypeError:
         group = None
+    if group is not None and is_machine_code("getJointStatesMultiDof"):
+        _prepare_reads(client, record)
     if group is not None and group.is_free and scene.motor_revision == record.revision:
         return _with_reactions(client, record, group, group.read_tuples(record, scene.motor_forces()))
     wanted = _checked_joints(record, jointIndex)
@@ -392,6 +400,12 @@ def _reset_all(
     return True
 
 
+def _prepare_reads(client: Client, record: BodyRecord) -> None:
+    from roboyard.pybullet.fast.joint_states import prepare
+
+    prepare(client.scene, record)
+
+
 def _prepare(client: Client, record: BodyRecord) -> None:
     """Let machine code set the joints of a body."""
     scene = client.scene
@@ -476,3 +490,4 @@ def _joint_error(record: BodyRecord, joint: int, message: str) -> Exception:
 
 
 START.later(replace_joints)
+START.later(replace_joint_reads)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from io import BytesIO
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,9 +50,10 @@ def saveBullet(client: Client, bulletFileName: str) -> None:
     arrays["joints"] = _joint_counts(scene)
     if moment.contacts is not None:
         arrays |= _arrays_of(moment.contacts, _places(scene))
+    file = BytesIO()
+    write_arrays(file, arrays)
     try:
-        with client.output_files.open(text(bulletFileName)) as file:
-            write_arrays(file, arrays)
+        client.output_files.write(text(bulletFileName), file.getbuffer())
     except OSError as problem:
         raise failure(_NOT_SAVED, str(problem)) from None
 
@@ -219,8 +221,7 @@ def saveWorld(client: Client, worldFileName: str) -> None:
 
     name, script = text(worldFileName), world_script(client).encode()
     try:
-        with client.output_files.open(name) as file:
-            file.write(script)
+        client.output_files.write(name, script)
     except OSError as problem:
         raise failure("saveWorld command execution failed.", str(problem)) from None
 

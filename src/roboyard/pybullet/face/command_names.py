@@ -141,6 +141,19 @@ KEPT_ANSWERS: Mapping[str, int] = {
 """Commands whose answers stay the same until one is called that changes such answers (`changed_answers`).
 
 That of a detection is that it has found the contacts."""
+KEPT_FAILURES: Mapping[str, int] = {
+    "getAABB": BODIES,
+    "getBasePositionAndOrientation": BODIES,
+    "getBaseVelocity": BODIES,
+    "getBodyInfo": BODIES,
+    "getConstraintInfo": CONSTRAINTS,
+    "getDynamicsInfo": BODIES,
+    "getJointInfo": BODIES,
+    "getJointState": BODIES,
+    "getJointStateMultiDof": BODIES,
+    "getLinkState": BODIES,
+}
+"""Commands whose errors say what does not exist: they stay the same until such answers may be others."""
 _ALL = BODIES, LOOKS, CONSTRAINTS, DATA
 _CHANGED: Mapping[str, tuple[int, ...]] = {
     "addUserData": (DATA,),

@@ -13,6 +13,7 @@ from roboyard._records import NamedTuple
 from roboyard.errors import RoboyardError
 from roboyard.pybullet.face.command_names import (
     KEPT_ANSWERS,
+    KEPT_FAILURES,
     KINDS,
     changed_answers,
 )
@@ -29,6 +30,7 @@ PREPARED: dict[str, dict[Any, dict[int, Any]]] = {
     for kind in (
         *("push", "box", "motors", "efforts", "masses", "joints", "constraints", "dynamics", "pivots"),
         *("contacts", "torques", "bases", "rays", "overlaps", "closest", "velocities", "links", "read"),
+        "states",
         *("detection", "step"),
     )
 }
@@ -36,6 +38,7 @@ PREPARED: dict[str, dict[Any, dict[int, Any]]] = {
 MARKS: tuple[list[object], ...] = tuple([object(), None] for _ in range(KINDS))
 """By kind of answers: the mark of those that are valid, which is another one after a change, and the one that
 was the mark when such an answer was found last."""
+_MOST_FAILURES = 1000
 _known: list[dict[Any, Any]] = []
 """Kept answers of all commands."""
 
@@ -67,6 +70,12 @@ class Call(NamedTuple):
     integers: Any = None
     short_integers: Any = None
     """NumPy's types of 64 and 32 bits."""
+    failed: Any = DIRECT
+    """A mark and the failures by the arguments that were kept with it, each texts and notes of an `error`."""
+    failure_marks: Any = DIRECT
+    """The one of `MARKS` that failures depend on."""
+    keep_failure: Any = None
+    notes: str = sys.intern("__notes__")
 
 
 def open_to_machine_code(number: int, client: Any) -> None:
@@ -89,6 +98,7 @@ def call_of(command: Callable[..., Any], names: tuple[str, ...], defaults: tuple
     import numpy as np  # loaded by now, in parts (`load_numpy`)
 
     name = command.__name__
+    fails = name in KEPT_FAILURES
     return Call(
         clients=DIRECT,
         command=START.replaced.get(name, command),
@@ -102,6 +112,9 @@ def call_of(command: Callable[..., Any], names: tuple[str, ...], defaults: tuple
         changed=tuple(MARKS[kind] for kind in changed_answers(name)),
         integers=np.int64,
         short_integers=np.int32,
+        failed=[None, kept_answers()] if fails else DIRECT,
+        failure_marks=MARKS[KEPT_FAILURES[name]] if fails else DIRECT,
+        keep_failure=keep_failure,
     )
 
 
@@ -109,6 +122,25 @@ def kept_answers() -> dict[Any, Any]:
     """Return a new table of kept answers, which `forget` empties."""
     _known.append({})
     return _known[-1]
+
+
+def keep_failure(failed: list[Any], marks: list[object], key: Any, problem: Exception) -> None:
+    """Keep an error for calls with the same arguments, but for the first since what it depends on changed.
+
+    Args:
+        failed: see `Call.failed`.
+        marks: the list of `MARKS` that it depends on.
+        key: of the arguments.
+        problem: an `error`, of no other class.
+    """
+    mark, failures = marks[0], failed[1]
+    if failed[0] is not mark:
+        failed[0] = marks[1] = mark  # so that a change renews it
+        failures.clear()
+        return
+    if len(failures) > _MOST_FAILURES:
+        failures.clear()
+    failures[key] = problem.args, tuple(getattr(problem, "__notes__", ()))
 
 
 def fail(name: str, problem: Exception) -> None:

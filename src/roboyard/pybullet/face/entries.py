@@ -10,19 +10,23 @@ Answers that change only when bodies, constraints or user data do are kept, by t
 is called that may change these. The first of a kind after such a command is not kept: programs that read one
 answer after each change read none twice. A detection of contacts is kept like an answer, until a command is
 called that may move something: repeated, it finds the same.
+
+Errors of reading what does not exist are kept in the same way, by the arguments, and raised again as new
+exceptions of the same texts. Commands look for one only while there are any.
 """
 
 from __future__ import annotations
 
-from roboyard.native.entry_parts import FOUND, parts
+from roboyard.native.entry_parts import CALLED, FOUND, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 
 SOURCE = f"""
 KIND, SIZE, ITEMS, CONTENT = 1, 2, 3, 2  # of any object, tuples and cells, in words
 CLIENTS, COMMAND, FAILURE, CLIENT, ZERO, NAMES, DEFAULTS, KNOWN, MARKS, CHANGED = range(3, 13)
-ERROR, LONG, SHORT = range(14, 17)  # after the function of Python
+ERROR, LONG, SHORT, FAILED, OF_FAILURES, KEEP_FAILURE, NOTES = range(14, 21)  # after the function of Python
 MARK, LAST = range(2)  # of a list of marks
+FAILURES = 1  # of a list of a mark and failures
 
 @part
 def place_of(value, values):
@@ -30,7 +34,7 @@ def place_of(value, values):
         if word(values, ITEMS + place) == value:
             return place
     return -1
-{parts(FOUND)}
+{parts(FOUND, CALLED)}
 @part
 def forget(changed):
     for place in range(word(changed, SIZE)):
@@ -55,8 +59,8 @@ def keep(call, key, answer):
         return
     if PyDict_Size(known) > 1000:
         PyDict_Clear(known)
+    Py_IncRef(mark)  # making a tuple may collect garbage, of which the end may forget all answers
     kept = PyTuple_New(2)
-    Py_IncRef(mark)
     Py_IncRef(answer)
     PyTuple_SetItem(kept, 0, mark)
     PyTuple_SetItem(kept, 1, answer)
@@ -107,9 +111,54 @@ def give_up(made, passed, total):
         if made & (1 << place) != 0:
             Py_DecRef(passed[place])
 
+@part
+def has_failures(call):
+    failed = word(call, FAILED)
+    if failed == word(call, CLIENTS):
+        return False
+    mark = word(word(word(call, OF_FAILURES), ITEMS), MARK)
+    return word(word(failed, ITEMS), MARK) == mark and PyDict_Size(word(word(failed, ITEMS), FAILURES)) > 0
+
+@part
+def raise_again(call, failure):
+    error = word(call, ERROR)
+    made = called(error, word(failure, ITEMS))
+    if made == 0:
+        return
+    notes = word(failure, ITEMS + 1)
+    if word(notes, SIZE) > 0:
+        copied = PyList_New(word(notes, SIZE))
+        for place in range(word(notes, SIZE)):
+            Py_IncRef(word(notes, ITEMS + place))
+            PyList_SetItem(copied, place, word(notes, ITEMS + place))
+        PyObject_SetAttr(made, word(call, NOTES), copied)
+        Py_DecRef(copied)
+    PyErr_SetObject(error, made)
+    Py_DecRef(made)
+
+@part
+def take_exception(kind, value, trace):
+    PyErr_Fetch(kind, value, trace)
+    PyErr_NormalizeException(kind, value, trace)
+    if trace[0] != 0:
+        PyException_SetTraceback(value[0], trace[0])
+
+@part
+def keep_failure(call, key):
+    kind, value, trace, given = words(), words(), words(), words()
+    take_exception(kind, value, trace)
+    given[0], given[1], given[2], given[3] = word(call, FAILED), word(call, OF_FAILURES), key, value[0]
+    done = PyObject_Vectorcall(word(call, KEEP_FAILURE), given, 4, 0)
+    if done == 0:
+        PyErr_Clear()
+    else:
+        Py_DecRef(done)
+    PyErr_Restore(kind[0], value[0], trace[0])
+
 def entry(callee, given, all_given, keywords):
     count = all_given
     call = word(word(PyFunction_GetClosure(callee), ITEMS), CONTENT)
+    Py_IncRef(call)  # the command may replace it
     clients, names, zero = word(call, CLIENTS), word(call, NAMES), word(call, ZERO)
     changed = word(call, CHANGED)
     passed, number = words(), zero
@@ -137,20 +186,28 @@ def entry(callee, given, all_given, keywords):
     fits = fits and fill(passed, count, total, names, word(call, DEFAULTS))
     fits = fits and total >= word(names, SIZE) - word(word(call, DEFAULTS), SIZE)
     key = made = 0
+    has_answers = word(call, KNOWN) != clients
     if fits:
         made = plain_numbers(call, passed, total)
-    if word(call, KNOWN) != clients and fits:
-        key = key_of(passed, total, number, zero, word(call, CLIENT))
-        if key != 0:
-            result = valid_answer(call, key)
-            if result != 0:
-                Py_IncRef(result)
-                Py_DecRef(key)
-                if made != 0:
-                    give_up(made, passed, total)
-                return result
+        if has_answers or has_failures(call):
+            key = key_of(passed, total, number, zero, word(call, CLIENT))
+    result = valid_answer(call, key) if key != 0 and has_answers else 0
+    failure = 0
+    if result != 0:
+        Py_IncRef(result)
+    elif key != 0 and has_failures(call):
+        failure = found(word(word(word(call, FAILED), ITEMS), FAILURES), key)
+        if failure != 0:
+            Py_IncRef(failure)
+            raise_again(call, failure)
+            Py_DecRef(failure)
+    if result != 0 or failure != 0:
+        Py_DecRef(key)
+        if made != 0:
+            give_up(made, passed, total)
+        Py_DecRef(call)
+        return result
     client = found(clients, number) if fits else 0
-    Py_IncRef(call)  # the command may replace it
     forget(changed)
     if client == 0:
         result = PyObject_Vectorcall(callee, given, all_given, keywords)
@@ -161,15 +218,18 @@ def entry(callee, given, all_given, keywords):
         Py_DecRef(client)
         if result == 0 and PyErr_Occurred() != word(call, ERROR):
             kind, value, trace = words(), words(), words()
-            PyErr_Fetch(kind, value, trace)
-            PyErr_NormalizeException(kind, value, trace)
+            take_exception(kind, value, trace)
             if trace[0] != 0:
-                PyException_SetTraceback(value[0], trace[0])
                 Py_DecRef(trace[0])
             result = PyObject_Vectorcall(word(call, FAILURE), value, 1, 0)
             Py_DecRef(kind[0])
             Py_DecRef(value[0])
-        elif key != 0 and result != 0:
+        elif result == 0 and word(call, FAILED) != clients:
+            if key == 0:
+                key = key_of(passed, total, number, zero, word(call, CLIENT))
+            if key != 0:
+                keep_failure(call, key)
+        elif key != 0 and result != 0 and has_answers:
             keep(call, key, result)
     if key != 0:
         Py_DecRef(key)

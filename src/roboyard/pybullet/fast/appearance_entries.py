@@ -9,7 +9,17 @@ from __future__ import annotations
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, NUMBER, PLAIN, WHOLE, parts
+from roboyard.native.entry_parts import (
+    ATTRIBUTE,
+    FOUND,
+    HAS_LENGTH,
+    ITEM,
+    NUMBER,
+    NUMBER_IN,
+    PLAIN,
+    WHOLE,
+    parts,
+)
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 
@@ -40,22 +50,16 @@ class AppearanceState(NamedTuple):
     color: str = "rgba"
     specular: str = "specular"
     texture: str = "texture"
+    joined: tuple[()] = ()
+    """Of which the type is read."""
 
 
 _SOURCE = f"""
 KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
 COMMAND, NONE, WHOLE, NUMBER, LISTED, SCENE, BODIES, JOINTS, COLORS, BODY, IDS, WORLD = range(3, 15)
-SHAPES, CHANGES, ORDERED, TRUE, TEXTURES, PENDING, IMAGES, COLOR, SPECULAR, TEXTURE = range(15, 25)
+SHAPES, CHANGES, ORDERED, TRUE, TEXTURES, PENDING, IMAGES, COLOR, SPECULAR, TEXTURE, TUPLE = range(15, 26)
 GIVEN_SHAPE, GIVEN_TEXTURE, GIVEN_COLOR, GIVEN_SPECULAR, MOST = 3, 4, 5, 6, 8  # arguments with the client
-{parts(ATTRIBUTE, FOUND, WHOLE, NUMBER, PLAIN, ITEM, HAS_LENGTH)}
-@part
-def number_of(state, values, place):
-    if word(values, KIND) == word(word(state, LISTED), KIND):
-        value = word(word(values, ITEMS), place)
-        found = plain(state, value)
-        return found if found == found else number(value)
-    return item(values, place)
-
+{parts(ATTRIBUTE, FOUND, WHOLE, NUMBER, PLAIN, ITEM, HAS_LENGTH, NUMBER_IN)}
 @part
 def argument(state, given, count, place):
     return given[place] if place < count else word(state, NONE)
@@ -74,13 +78,16 @@ def fits(state, given, count):
             if not has_length(values, length):
                 return False
             for k in range(length):
-                total += number_of(state, values, k)
+                total += number_in(state, values, k)
         if total - total != 0.0:
             return False
     return True
 
 @part
 def change(state, body, shapes, link, shape, name, value):
+    changes = attribute(shapes, word(state, CHANGES))
+    if changes == 0:  # the simulation was reset
+        return
     key, made = PyTuple_New(4), PyTuple_New(2)
     number = attribute(body, word(state, IDS))
     Py_IncRef(number)
@@ -94,7 +101,6 @@ def change(state, body, shapes, link, shape, name, value):
     PyTuple_SetItem(made, 0, body)
     Py_IncRef(value)
     PyTuple_SetItem(made, 1, value)
-    changes = attribute(shapes, word(state, CHANGES))
     if whole(shape) >= 0:
         PyObject_SetAttr(shapes, word(state, ORDERED), word(state, TRUE))
     if attribute(shapes, word(state, ORDERED)) == word(state, TRUE) and found(changes, key) != 0:
@@ -107,15 +113,15 @@ def change(state, body, shapes, link, shape, name, value):
 def color_of(state, values):
     made = PyTuple_New(4)
     for k in range(4):
-        PyTuple_SetItem(made, k, PyFloat_FromDouble(number_of(state, values, k)))
+        PyTuple_SetItem(made, k, PyFloat_FromDouble(number_in(state, values, k)))
     return made
 
 @part
 def is_changed(state, scene, record, given, count):
-    link = whole(given[2])
+    link, image = whole(given[2]), 0
     if not -1 <= link < whole(attribute(record, word(state, JOINTS))):
         return False
-    textures, image = attribute(scene, word(state, TEXTURES)), 0
+    textures = attribute(scene, word(state, TEXTURES))
     if count > GIVEN_TEXTURE and whole(given[GIVEN_TEXTURE]) >= -1:
         if PyList_Size(attribute(textures, word(state, PENDING))) > 0:
             return False
@@ -123,6 +129,9 @@ def is_changed(state, scene, record, given, count):
         image = word(state, NONE) if image == 0 else image
     body = attribute(record, word(state, BODY))
     shapes = attribute(attribute(scene, word(state, WORLD)), word(state, SHAPES))
+    Py_IncRef(body)  # reading a number may reset the simulation
+    Py_IncRef(shapes)
+    Py_IncRef(image)
     shape = given[GIVEN_SHAPE] if count > GIVEN_SHAPE else word(state, WHOLE)
     color = argument(state, given, count, GIVEN_COLOR)
     specular = argument(state, given, count, GIVEN_SPECULAR)
@@ -133,19 +142,27 @@ def is_changed(state, scene, record, given, count):
         change(state, body, shapes, link + 1, shape, word(state, COLOR), made)
         Py_DecRef(made)
     if specular != word(state, NONE):
-        total = number_of(state, specular, 0) + number_of(state, specular, 1) + number_of(state, specular, 2)
+        total = number_in(state, specular, 0) + number_in(state, specular, 1) + number_in(state, specular, 2)
         made = PyFloat_FromDouble(total / 3.0)
         change(state, body, shapes, link + 1, shape, word(state, SPECULAR), made)
         Py_DecRef(made)
     if image != 0:
         change(state, body, shapes, link + 1, shape, word(state, TEXTURE), image)
+        Py_DecRef(image)
+    Py_DecRef(shapes)
+    Py_DecRef(body)
     return True
 
 def entry(state, given, count, keywords):
     if keywords == 0 and 3 <= count <= MOST and fits(state, given, count):
         scene = attribute(given[0], word(state, SCENE))
         record = found(attribute(scene, word(state, BODIES)), given[1]) if scene != 0 else 0
-        if record != 0 and is_changed(state, scene, record, given, count):
+        is_done = False
+        if record != 0:
+            Py_IncRef(record)
+            is_done = is_changed(state, scene, record, given, count)
+            Py_DecRef(record)
+        if is_done:
             Py_IncRef(word(state, NONE))
             return word(state, NONE)
     return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)

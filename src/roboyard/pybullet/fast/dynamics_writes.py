@@ -1,6 +1,6 @@
 """Writes by which machine code changes the dynamics of links, as changeDynamics does.
 
-See `property_entries`.
+See `properties.writes`.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def prepare_equal(
         second: attribute with the value of the next argument, where they are a pair.
     """
     if _is_due(record, link, argument):
-        from roboyard.pybullet.fast.property_entries import Write
+        from roboyard.pybullet.fast.properties.writes import Write
 
         other = owner if second else None
         _prepare(record, link, argument, Write(owner, name, other=other, other_name=second))
@@ -60,7 +60,7 @@ def prepare_mass(record: BodyRecord, link: int) -> None:
     least = 2.0 * max(MIN_INERTIA, LEAST_MOMENT) * mass / max(min(moments), 1e-300)
     if numbers is None or state.solid_mass != mass or not mass > least:
         return
-    from roboyard.pybullet.fast.property_entries import Write
+    from roboyard.pybullet.fast.properties.writes import Write
 
     world, factors = record.body.world, np.zeros((4, 4))
     factors[:, 0] = 1.0, *(moment / mass for moment in moments)
@@ -92,7 +92,7 @@ def prepare_inertia(record: BodyRecord, link: int) -> None:
     numbers, state = _mass_numbers(record, link, "localInertiaDiagonal"), record.links[link + 1]
     if numbers is None or record.held:
         return
-    from roboyard.pybullet.fast.property_entries import Write
+    from roboyard.pybullet.fast.properties.writes import Write
 
     world = record.body.world
     targets: tuple[Any, ...] = (numbers[1:],)
@@ -168,7 +168,7 @@ def prepare_friction(record: BodyRecord, link: int, argument: str) -> None:
         return
     if numbers is None:
         numbers = known[key] = np.array(values)
-    from roboyard.pybullet.fast.property_entries import Write
+    from roboyard.pybullet.fast.properties.writes import Write
 
     place = [*_FRICTIONS].index(argument)
     frictions = [] if world.is_stale else [world.live_model.geom_friction[row] for row in handle.geom_ids]
@@ -192,7 +192,7 @@ def prepare_restitution(record: BodyRecord, link: int) -> None:
         return
     targets = record.body.world.surfaces.restitution_places(record.body.links[link + 1])
     if targets is not None:
-        from roboyard.pybullet.fast.property_entries import Write
+        from roboyard.pybullet.fast.properties.writes import Write
 
         places = (np.array([0]),) * len(targets)
         factors, state = np.array([[1.0, 0.0, 0.0, 0.0]]), record.links[link + 1]
@@ -223,7 +223,7 @@ def prepare_compliance(record: BodyRecord, link: int) -> None:
         return
     targets = record.body.world.surfaces.compliance_places(record.body.links[link + 1])
     if targets is not None:
-        from roboyard.pybullet.fast.property_entries import Write
+        from roboyard.pybullet.fast.properties.writes import Write
 
         factors, state = np.eye(4)[:2], record.links[link + 1]
         write = Write(
@@ -254,7 +254,7 @@ def prepare_damping(record: BodyRecord, link: int, argument: str) -> None:
             if places is None:
                 return
             targets += [values[:2] if is_linear else values[2:] for values in places]
-    from roboyard.pybullet.fast.property_entries import Write
+    from roboyard.pybullet.fast.properties.writes import Write
 
     factors = np.array([[1.0, 0.0, 0.0, 0.0]])
     both = (np.array([0, 0]),) * len(targets)
@@ -266,7 +266,7 @@ def prepare_joint_damping(record: BodyRecord, joint: int) -> None:
     handle, state, world = record.body.joints[joint], record.links[joint + 1], record.body.world
     targets = handle.damping_places() if _is_due(record, joint, "jointDamping") else None
     if targets is not None:
-        from roboyard.pybullet.fast.property_entries import Write
+        from roboyard.pybullet.fast.properties.writes import Write
 
         numbers = np.array([state.joint_damping])
         write = Write(
@@ -287,7 +287,7 @@ def prepare_limits(record: BodyRecord, joint: int) -> None:
     handle, state, world = record.body.joints[joint], record.links[joint + 1], record.body.world
     targets = handle.limit_places() if _is_due(record, joint, "jointLowerLimit") else None
     if targets is not None:
-        from roboyard.pybullet.fast.property_entries import Write
+        from roboyard.pybullet.fast.properties.writes import Write
 
         numbers = np.array([state.lower_limit, state.upper_limit])
         write = Write(

@@ -87,6 +87,20 @@ def replace_joints() -> None:
         _replace(name, JOINTS, "joints", ("is_moved", "_velocity_moved", "boxes_are_old", form))
 
 
+def replace_joint_reads() -> None:
+    """Replace what reads the state of joints."""
+    from roboyard.pybullet.fast.joint_states import KIND, STATES, JointState
+
+    for name, is_many, has_tuples in (
+        ("getJointState", False, False),
+        ("getJointStates", True, False),
+        ("getJointStateMultiDof", False, True),
+        ("getJointStatesMultiDof", True, True),
+    ):
+        state = JointState(COMMANDS[name].function, PREPARED[KIND], is_many, has_tuples)
+        replace(name, STATES, state)
+
+
 def replace_bases() -> None:
     """Replace resetBasePositionAndOrientation, resetBaseVelocity and getBaseVelocity."""
     from roboyard.pybullet.fast.base_entries import POSE, SPEED, VELOCITY
@@ -188,7 +202,7 @@ def replace_properties(
         ranks: arguments to `Properties.ranks`.
         requests: attribute of the scene and arguments to `Properties.request_places`, if it has requests.
     """
-    from roboyard.pybullet.fast.property_entries import IGNORED, PROPERTIES, Properties
+    from roboyard.pybullet.fast.properties.entries import IGNORED, PROPERTIES, Properties
 
     function = COMMANDS[name].function
     code, defaults = function.__code__, function.__defaults__ or ()
@@ -221,7 +235,7 @@ def prepare_write(
         prepared: `Engine.prepared` of the world.
         kind: of what is prepared.
         places: the command's first arguments after the client.
-        write: `property_entries.Write`.
+        write: `properties.writes.Write`.
     """
     by_place: Any = prepared[kind]
     for place in places[:-1]:

@@ -139,12 +139,15 @@ def entry(state, given, count, keywords):
     if keywords == 0 and (count == 2 or count == 3):
         body = prepared(state, given[0], given[1])
         if body != 0:
-            link = whole(given[2]) if count == 3 else -1
+            Py_IncRef(body)
+            link, made = whole(given[2]) if count == 3 else -1, 0
             if -1 <= link < PyLong_AsLongLong(word(body, LAST)) and is_found(state, body, link):
                 out = numbers(word(body, OUT))
                 made = PyTuple_New(2)
                 PyTuple_SetItem(made, 0, corner(out, 0))
                 PyTuple_SetItem(made, 1, corner(out, 3))
+            Py_DecRef(body)
+            if made != 0:
                 return made
     return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
 """

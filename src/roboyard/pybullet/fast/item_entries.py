@@ -11,7 +11,17 @@ from typing import Any
 import numpy as np
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAIN, TRIPLE, parts
+from roboyard.native.entry_parts import (
+    ATTRIBUTE,
+    FOUND,
+    HAS_LENGTH,
+    ITEM,
+    NUMBER,
+    NUMBER_IN,
+    PLAIN,
+    TRIPLE,
+    parts,
+)
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.state.debug_items import MAX_POINTS, WHITE
@@ -60,8 +70,8 @@ class ItemState(NamedTuple):
 _ITEM = f"""{COUNTED}
 COMMAND, CLOCK, PARENT, WHITE, WIDTH, LISTED, OWNER, TABLE, IDS, NEXT, REVISION = range(3, 14)
 NONE, TEXT, EMPTY = range(14, 17)
-NUMBER, WHOLE = WIDTH, PARENT
-{parts(PLAIN, ITEM, HAS_LENGTH, TRIPLE)}
+NUMBER, WHOLE, TUPLE = WIDTH, PARENT, WHITE
+{parts(PLAIN, ITEM, HAS_LENGTH, TRIPLE, NUMBER, NUMBER_IN)}
 @part
 def triple_of_sequence(values):
     if not has_length(values, 3):
@@ -123,16 +133,14 @@ def triple_of(state, values):
         return triple_of_sequence(values)
     if word(values, SIZE) != 3:
         return 0
-    first = ITEMS if is_tuple else 0
-    start = values if is_tuple else word(values, ITEMS)
     made, total = PyTuple_New(3), 0.0
     for place in range(3):
-        value = word(start, first + place)
-        size = plain(state, value)
+        value = held(state, values, place)
+        size = plain(state, value) if value != 0 else np.nan
         if size != size:
-            size = item(values, place)  # no plain number, as NumPy's
+            size, value = number_in(state, values, place), 0  # whose function may free the object
         total += size
-        if word(value, KIND) == word(word(state, NUMBER), KIND):
+        if value != 0 and word(value, KIND) == word(word(state, NUMBER), KIND):
             Py_IncRef(value)
         else:
             value = PyFloat_FromDouble(size)
@@ -153,6 +161,7 @@ def store(state, items, made, replaced):
     PyDict_SetItem(table, number, made)
     Py_DecRef(made)
     count_up(items, word(state, REVISION))
+    Py_DecRef(items)
     return number
 """
 _LINE = f"""{_ITEM}
@@ -192,8 +201,13 @@ def entry(state, given, count, keywords):
     if count > 8:
         fits = fits and word(given[8], KIND) == word(word(state, PARENT), KIND)
     items = attribute(given[0], word(state, OWNER)) if fits else 0
-    made = line(state, given, count) if items != 0 else 0
+    made = 0
+    if items != 0:
+        Py_IncRef(items)  # reading a number may reset the simulation
+        made = line(state, given, count)
     if made == 0:
+        if items != 0:
+            Py_DecRef(items)
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
     return store(state, items, made, given[8] if count > 8 else 0)
 """
@@ -266,8 +280,13 @@ def entry(state, given, count, keywords):
     if count > 9:
         fits = fits and word(given[9], KIND) == word(word(state, PARENT), KIND)
     items = attribute(given[0], word(state, OWNER)) if fits else 0
-    made = text(state, given, count) if items != 0 else 0
+    made = 0
+    if items != 0:
+        Py_IncRef(items)  # reading a number may reset the simulation
+        made = text(state, given, count)
     if made == 0:
+        if items != 0:
+            Py_DecRef(items)
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
     return store(state, items, made, given[9] if count > 9 else 0)
 """
@@ -295,6 +314,8 @@ def start_of(state, values):
 
 @part
 def is_read(state, rows, into):
+    if size_of(state, rows) != len(into):
+        return False
     first, total = start_of(state, rows), 0.0
     for row in range(len(into)):
         values = word(first, row)
@@ -353,8 +374,13 @@ def entry(state, given, count, keywords):
     if count > 7:
         fits = fits and word(given[7], KIND) == word(word(state, PARENT), KIND)
     items = attribute(given[0], word(state, OWNER)) if fits else 0
-    made = points(state, given, count) if items != 0 else 0
+    made = 0
+    if items != 0:
+        Py_IncRef(items)  # reading a number may reset the simulation
+        made = points(state, given, count)
     if made == 0:
+        if items != 0:
+            Py_DecRef(items)
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
     return store(state, items, made, given[7] if count > 7 else 0)
 """

@@ -60,8 +60,8 @@ def reset(state, body, given, count):
     else:
         read_one(state, given, count, form, into)
     for k in range(length):
-        joint, total = np.int64(into[k, JOINT]), into[k, POSITION] + into[k, VELOCITY]
-        if joint < 0 or joint >= len(positions) or positions[joint] < 0 or total - total != 0.0:
+        index, total = into[k, JOINT], into[k, POSITION] + into[k, VELOCITY]
+        if not 0.0 <= index < len(positions) or total - total != 0.0 or positions[np.int64(index)] < 0:
             return False
     qpos, qvel = numbers(word(body, QPOS)), numbers(word(body, QVEL))
     velocities = integers(word(body, VELOCITIES))

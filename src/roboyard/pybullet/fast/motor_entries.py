@@ -97,16 +97,15 @@ def add_torques(state, given, count, form):
     body, length = found(bodies, given[1]) if bodies != 0 else 0, 1
     if body == 0:
         return False
+    Py_IncRef(body)
     if form < SINGLE:
         length = PySequence_Size(given[2])
         if length < 0:
             PyErr_Clear()
-    if length < 1 or (form != PLAIN and not has_length(given[6], length)):
-        return False
+    fits = length >= 1 and (form == PLAIN or has_length(given[6], length))
     room, dofs = matrix(word(body, ROOM)), integers(word(body, DOFS))
     efforts, wrenches = numbers(word(body, EFFORTS)), word(body, WRENCHES)
-    Py_IncRef(body)
-    fits = length <= len(room) and read_torques(given, length, room, dofs, form)
+    fits = fits and length <= len(room) and read_torques(given, length, room, dofs, form)
     if fits:
         for k in range(length):
             dof = dofs[np.int64(room[k, 0])]

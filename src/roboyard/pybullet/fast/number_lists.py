@@ -57,6 +57,8 @@ def start_of(state, values):
 
 @part
 def has_rows(state, rows, width, into):
+    if size_of(state, rows) != len(into):
+        return False
     first, total = start_of(state, rows), 0.0
     for row in range(len(into)):
         values = word(first, row)
@@ -70,6 +72,8 @@ def has_rows(state, rows, width, into):
 
 @part
 def has_integers(state, values, most, into):
+    if size_of(state, values) != len(into):
+        return False
     first, kind, zero = start_of(state, values), word(word(state, WHOLE), KIND), word(state, WHOLE)
     limit = {_SMALL * _STRIDE} if word(state, HAS_SMALL) == word(state, TRUE) else 0
     for place in range(len(into)):

@@ -73,9 +73,11 @@ def overlapping(state, scene, low, high):
 
 def entry(state, given, count, keywords):
     scene = prepared(state, given[0], word(state, ZERO)) if keywords == 0 and count == 3 else 0
-    if scene != 0 and has_length(given[1], 3) and has_length(given[2], 3):
+    if scene != 0:
+        made = 0
         Py_IncRef(scene)
-        made = overlapping(state, scene, given[1], given[2])
+        if has_length(given[1], 3) and has_length(given[2], 3):
+            made = overlapping(state, scene, given[1], given[2])
         Py_DecRef(scene)
         if made != 0:
             return made

@@ -75,14 +75,17 @@ def rays_in(state, scene, given):
         PyErr_Clear()
     if count < 1 or count > len(starts):
         return 0
-    first, last = first_of(state, given[1], count), first_of(state, given[2], count)
-    if first == 0 or last == 0:
-        return 0
     for row in range(count):
-        if not is_read(state, word(first, row), starts, row):
-            return 0
-        if not is_read(state, word(last, row), ends, row):
-            return 0
+        for side in range(2):
+            first = first_of(state, given[1 + side], count)  # again: an item may have changed the list
+            if first == 0:
+                return 0
+            values = word(first, row)
+            Py_IncRef(values)
+            fits = is_read(state, values, starts if side == 0 else ends, row)
+            Py_DecRef(values)
+            if not fits:
+                return 0
     return count
 
 @part

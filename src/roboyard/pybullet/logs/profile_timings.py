@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 from time import perf_counter
 
+from roboyard.pybullet.state.output_files import write_file
+
 
 class ProfileTimings:
     """Spans between submitProfileTiming calls and from step to step."""
@@ -39,7 +41,7 @@ class ProfileTimings:
         while self._open:
             self.pop()
         trace = {"traceEvents": self._events, "displayTimeUnit": "ns"}
-        self._path.write_text(json.dumps(trace), encoding="utf-8")
+        write_file(self._path, json.dumps(trace).encode())
 
     def _add(self, name: str, start: float, end: float) -> None:
         """Append a complete event ("X"); start and end in s, stored in µs as the trace format requires."""

@@ -45,7 +45,7 @@ def world_script(client: Client) -> str:
 
 
 def _load_urdf(record: BodyRecord) -> str:
-    position, orientation = (tuple(part.tolist()) for part in record.body.pose)
+    position, orientation = map(tuple, record.base_pose())
     fixed = ", useFixedBase=1" if record.model.fixed_base else ""
     return f"body = p.loadURDF({record.file!r}, {position!r}, {orientation!r}{fixed})"
 

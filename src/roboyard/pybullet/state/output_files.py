@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import BinaryIO
 
@@ -30,6 +31,14 @@ class OutputFiles:
         # with a given size, Python asks for no more about the file than that it is none but a folder
         return open(name if self.is_free else self.path(name), "wb", buffering=_BUFFER)  # noqa: PTH123
 
+    def write(self, name: str, content: bytes | memoryview) -> None:
+        """Write a whole file of this name.
+
+        Raises:
+            OSError: it cannot be written, or may not be.
+        """
+        write_file(name if self.is_free else self.path(name), content)
+
     def path(self, name: str) -> Path:
         """Return where a file of this name is written.
 
@@ -50,3 +59,21 @@ class OutputFiles:
         if is_special or file.name in ("", "..") or not is_inside(file, (self.folder,)):
             raise FileRefusedError(f"files are written in {self.folder} only; give a name in it", name)
         return file.resolve()
+
+
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0)
+
+
+def write_file(path: str | Path, content: bytes | memoryview) -> None:
+    """Write a whole file, with none of the questions to the system that Python asks about an open file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    file = os.open(path, _NEW, 0o666)
+    try:
+        rest = memoryview(content)
+        while rest:
+            rest = rest[os.write(file, rest) :]
+    finally:
+        os.close(file)

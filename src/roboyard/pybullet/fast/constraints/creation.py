@@ -10,7 +10,16 @@ from __future__ import annotations
 from typing import Any
 
 from roboyard._records import NamedTuple
-from roboyard.native.entry_parts import ATTRIBUTE, FOUND, HAS_LENGTH, ITEM, PLAIN, parts
+from roboyard.native.entry_parts import (
+    ATTRIBUTE,
+    FOUND,
+    HAS_LENGTH,
+    ITEM,
+    NUMBER,
+    NUMBER_IN,
+    PLAIN,
+    parts,
+)
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
 from roboyard.pybullet.face import constants as c
@@ -49,7 +58,8 @@ KIND, SIZE, ITEMS = 1, 2, 3  # of any object, tuples and lists, in words
 COMMAND, NONE, TRUE, WHOLE, NUMBER, LISTED, JOINED, SCENE, BODIES, JOINTS = range(3, 13)
 REQUESTED, IDS, NEXT, WORLD, MOVED, VELOCITY_MOVED, SCALAR, IDENTITY, ORDER, REST = range(13, 23)
 GIVEN, FIRST_VECTOR, FIRST_TURN = 10, 5, 8  # arguments after the client
-{parts(ATTRIBUTE, FOUND, PLAIN, ITEM, HAS_LENGTH)}
+TUPLE = JOINED
+{parts(ATTRIBUTE, FOUND, PLAIN, ITEM, HAS_LENGTH, NUMBER, NUMBER_IN)}
 @part
 def has_link(state, bodies, body, link):
     record = found(bodies, body)
@@ -89,16 +99,17 @@ def vector(state, values, length):
         return vector_of_sequence(values, length)
     if word(values, SIZE) != length:
         return 0
-    start = values if is_tuple else word(values, ITEMS)
-    first = ITEMS if is_tuple else 0
     made, total = PyTuple_New(length), 0.0
     for place in range(length):
-        value = word(start, first + place)
-        size = plain(state, value)
+        value = held(state, values, place)
+        size = plain(state, value) if value != 0 else np.nan
         if size != size:
-            size = item(values, place)  # no plain number, as NumPy's
+            size, value = number_in(state, values, place), 0  # whose function may free the object
         total += size * size
-        if word(value, KIND) == word(word(state, NUMBER), KIND):
+        if value != 0 and word(value, KIND) == word(word(state, NUMBER), KIND):
+            Py_IncRef(value)
+        elif size == 0.0 and 1.0 / size > 0.0:  # the most frequent number
+            value = word(state, NUMBER)
             Py_IncRef(value)
         else:
             value = PyFloat_FromDouble(size)
@@ -167,9 +178,19 @@ def entry(state, given, count, keywords):
     fits = keywords == 0 and 9 <= count <= 11
     scene = attribute(given[0], word(state, SCENE)) if fits else 0
     made = 0
-    if scene != 0 and has_ends(state, attribute(scene, word(state, BODIES)), given):
-        made = request(state, given, count)
+    if scene != 0:
+        bodies = attribute(scene, word(state, BODIES))
+        Py_IncRef(scene)  # reading a number may reset the simulation
+        Py_IncRef(bodies)
+        if has_ends(state, bodies, given):
+            made = request(state, given, count)
+        Py_DecRef(bodies)
+        if made != 0 and attribute(given[0], word(state, SCENE)) != scene:
+            Py_DecRef(made)
+            made = 0
     if made == 0:
+        if scene != 0:
+            Py_DecRef(scene)
         return PyObject_Vectorcall(word(state, COMMAND), given, count, keywords)
     ids = attribute(scene, word(state, IDS))
     number = attribute(ids, word(state, NEXT))
@@ -183,6 +204,7 @@ def entry(state, given, count, keywords):
     world = attribute(scene, word(state, WORLD))
     mark(state, world, word(state, MOVED))
     mark(state, world, word(state, VELOCITY_MOVED))
+    Py_DecRef(scene)
     return number
 """
 

@@ -1,4 +1,4 @@
-"""Writes by which machine code changes constraints, as changeConstraint does; see `property_entries`."""
+"""Writes by which machine code changes constraints, as changeConstraint does; see `properties.writes`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def prepare_pivot(scene: PhysicsScene, record: ConstraintRecord) -> None:
         return
     if not is_changed_again(COMMAND, "jointChildPivot", world.prepared, KIND, places):
         return
-    from roboyard.pybullet.fast.property_entries import Write
+    from roboyard.pybullet.fast.properties.writes import Write
 
     factors = np.zeros((3, 4))
     factors[:, 3] = start = place_in_child(scene, record, (0.0, 0.0, 0.0))
@@ -53,7 +53,7 @@ def prepare_turn(scene: PhysicsScene, record: ConstraintRecord) -> None:
     is_plain = child_frame(scene, record)[1] == unit(record.child_orientation)
     name = "jointChildFrameOrientation"
     if is_plain and is_changed_again(COMMAND, name, world.prepared, KIND, places):
-        from roboyard.pybullet.fast.property_entries import Write
+        from roboyard.pybullet.fast.properties.writes import Write
 
         write = Write(
             owner=record,
@@ -74,7 +74,7 @@ def prepare_bound(scene: PhysicsScene, record: ConstraintRecord) -> None:
         return
     targets = None if made is None else world.constraints.rows.bound_places(made)
     if targets is not None:
-        from roboyard.pybullet.fast.property_entries import Write
+        from roboyard.pybullet.fast.properties.writes import Write
         from roboyard.sim.constraints.rows import LARGEST_FORCE
 
         write = Write(
@@ -102,7 +102,7 @@ def prepare_gear(scene: PhysicsScene, record: ConstraintRecord) -> None:
 
 def _gear_write(world: World, record: ConstraintRecord, argument: str) -> Any:
     """Return what an argument of a gear writes; None where the Python function has to change it."""
-    from roboyard.pybullet.fast.property_entries import Write
+    from roboyard.pybullet.fast.properties.writes import Write
 
     made = record.made
     name, of_made = _GEAR_NAMES[argument]

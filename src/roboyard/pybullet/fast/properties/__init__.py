@@ -1,0 +1,1 @@
+"""Commands with many optional arguments as machine code: their state, and what they write."""
