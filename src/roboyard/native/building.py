@@ -19,6 +19,7 @@ from numba.np import arrayobj
 
 from roboyard.native.c_functions import CFunction
 from roboyard.native.called import called_functions
+from roboyard.native.code_library import without_machine_code
 from roboyard.native.memory import function_address
 from roboyard.native.python_functions import PYTHON, WORD
 from roboyard.native.signatures import (
@@ -155,7 +156,8 @@ def _compiled(source: str, values: dict[str, Any], count: int, name: str, is_sma
     exec(compile(source, f"<{name}>", "exec"), values)  # noqa: S102 - our own source
     words = [WORD] * count
     words[1] = types.CPointer(WORD)
-    made: Any = cfunc(WORD(*words), error_model="numpy")(values["entry"])
+    with without_machine_code():
+        made: Any = cfunc(WORD(*words), error_model="numpy")(values["entry"])
     function = made.native_name.removeprefix("cfunc.")
     entry = _entry(function, ["ptr" if k == 1 else "i64" for k in range(count)], name, "i64")
     return _object_file(made.inspect_llvm(), entry, name, is_small)
@@ -184,7 +186,8 @@ def _compiled_callback(
         signature.returns: getattr(np, signature.returns),
     }
     exec(compile(source, f"<{name}>", "exec"), values)  # noqa: S102 - our own source
-    made: Any = cfunc(kind, error_model="numpy")(values["entry"])
+    with without_machine_code():
+        made: Any = cfunc(kind, error_model="numpy")(values["entry"])
     function = made.native_name.removeprefix("cfunc.")
     words = {"int64": "i64", "int32": "i32", "float64": "double"}
     arguments = [words[a] for a in signature.arguments]
