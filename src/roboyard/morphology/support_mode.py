@@ -158,7 +158,9 @@ def _each(figure: PointModel, poses: Mapping[str, Array], links: tuple[str, ...]
 
 
 def _polygon(points: Array, size: float) -> Array | None:
-    from scipy.spatial import ConvexHull, QhullError
+    from roboyard._qhull import qhull
+
+    ConvexHull, QhullError = qhull()
 
     if len(points) < 3:
         return None

@@ -217,7 +217,9 @@ def convex_hull(points: Array) -> tuple[Array, NDArray] | None:
 
     None where they are flat.
     """
-    from scipy.spatial import ConvexHull, QhullError
+    from roboyard._qhull import qhull
+
+    ConvexHull, QhullError = qhull()
 
     lower, upper = bounding_box(points)
     size = float((upper - lower).max())

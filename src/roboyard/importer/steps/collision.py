@@ -204,7 +204,9 @@ def redundant(clouds: Sequence[Array]) -> set[int]:
     Args:
         clouds: (n, 3) points each (m).
     """
-    from scipy.spatial import ConvexHull, QhullError
+    from roboyard._qhull import qhull
+
+    ConvexHull, QhullError = qhull()
 
     order = sorted(range(len(clouds)), key=lambda i: -float(np.prod(np.ptp(clouds[i], axis=0))))
     stays: list[tuple[Array, float]] = []

@@ -184,7 +184,9 @@ def write_farthest(points, directions, found):
 
 def hull_volume(points: Array) -> float:
     """Return the volume of the convex hull of (n, 3) points; 0 if they are too few or flat."""
-    from scipy.spatial import ConvexHull, QhullError
+    from roboyard._qhull import qhull
+
+    ConvexHull, QhullError = qhull()
 
     if len(points) < 4:
         return 0.0
@@ -228,7 +230,9 @@ def _thickened(points: Array) -> tuple[Array, tuple[str, ...]]:
 
 def _qhull(points: Array) -> tuple[Array, ConvexHull]:
     """Return the corners of the hull and their hull, with joggled input where Qhull needs it."""
-    from scipy.spatial import ConvexHull, QhullError
+    from roboyard._qhull import qhull
+
+    ConvexHull, QhullError = qhull()
 
     try:
         hull = ConvexHull(points)
@@ -242,7 +246,9 @@ def _qhull(points: Array) -> tuple[Array, ConvexHull]:
 
 def _most_prominent(points: Array, count: int) -> Array:
     """Return `count` of (n, 3) points: a wide tetrahedron, then each time the point farthest outside."""
-    from scipy.spatial import ConvexHull, QhullError
+    from roboyard._qhull import qhull
+
+    ConvexHull, QhullError = qhull()
 
     chosen = _wide_tetrahedron(points)
     try:

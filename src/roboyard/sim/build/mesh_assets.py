@@ -161,12 +161,12 @@ def convex_hull(mesh: TriangleMesh, steps: int = 0, *, single: bool = True) -> t
 
 
 def _hull(points: Array, steps: int) -> tuple[Array, np.ndarray]:
-    from scipy.spatial import ConvexHull
+    from roboyard._qhull import qhull
 
     points = _thickened(points)
     if steps:
         points = rounded(points, steps)
-    hull = ConvexHull(points, qhull_options="Qt")
+    hull = qhull()[0](points, qhull_options="Qt")
     order = np.unique(hull.simplices)
     index = np.full(len(points), -1)
     index[order] = np.arange(len(order))

@@ -61,7 +61,9 @@ def mesh_of(
 @lru_cache(_HULLS)
 def _hull(numbers: bytes) -> TriangleMesh:
     """Return the convex hull of points, given as the bytes of (k, 3) numbers (m)."""
-    from scipy.spatial import ConvexHull, QhullError
+    from roboyard._qhull import qhull
+
+    ConvexHull, QhullError = qhull()
 
     points = np.frombuffer(numbers).reshape(-1, 3)
     try:
