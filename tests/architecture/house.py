@@ -16,7 +16,7 @@ LAYERS = (
     ("_bootstrap",),
     ("errors", "_arrays", "_bytecode", "_digests", "_lazy", "_numba", "_threads", "_version", "untrusted"),
     ("_libraries", "_mujoco_parts", "_records"),
-    ("_mujoco", "_numpy"),
+    ("_mujoco", "_numpy", "_qhull"),
     ("transforms", "paths", "config", "assets", "native", "pybullet_data"),
     ("shapes", "whole_moves", "_second_process"),
     ("description", "rendering"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import field, replace
-from functools import cache, partial
+from functools import lru_cache, partial
 from math import cos, pi, sin
 from typing import Any
 
@@ -237,7 +237,7 @@ def _with_prisms(collisions: tuple[Collision, ...]) -> tuple[Collision, ...]:
     )
 
 
-@cache
+@lru_cache(1024)
 def prism(radius: float, length: float) -> Mesh:
     """Return the hull that Bullet makes of a file's cylinder, with the very numbers of its corners."""
     angles = [2.0 * pi * (k / CYLINDER_SIDES) for k in range(CYLINDER_SIDES)]

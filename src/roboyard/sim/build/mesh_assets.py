@@ -14,6 +14,7 @@ import numpy as np
 from roboyard._digests import blake2b
 from roboyard.shapes.mesh import TriangleMesh, bounding_box
 from roboyard.sim.build.hull_store import load_hull, store_hull
+from roboyard.sim.build.prisms import prism_faces
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 _HULLS: dict[bytes, tuple[Array, np.ndarray]] = {}
 _HULLS_LIMIT = 4096
 _MSH_HEADER = struct.Struct("<4i")
+MOST_PRISM_CORNERS = 512
+"""Meshes with more corners are searched for their hull."""
 MOST_KEPT = 256 * 2**20
 """Bytes of computed meshes that MuJoCo may keep of all worlds."""
 THICKNESS = 1e-3
@@ -151,13 +154,27 @@ def convex_hull(mesh: TriangleMesh, steps: int = 0, *, single: bool = True) -> t
     if found is None:
         if len(_HULLS) >= _HULLS_LIMIT:
             _HULLS.clear()
-        found = load_hull(key)
+        found = _prism(mesh, steps, single=single) or load_hull(key)
         if found is None:
-            points = mesh.vertices[np.unique(mesh.faces)]
-            found = _hull(points.astype(np.float32).astype(float) if single else points, steps)
+            found = _hull(_corners(mesh, single=single), steps)
             store_hull(key, *found)
         _HULLS[key] = found
     return found
+
+
+def _corners(mesh: TriangleMesh, *, single: bool) -> Array:
+    points = mesh.vertices[np.unique(mesh.faces)]
+    return points.astype(np.float32).astype(float) if single else points
+
+
+def _prism(mesh: TriangleMesh, steps: int, *, single: bool) -> tuple[Array, np.ndarray] | None:
+    """Return the convex hull of an upright prism, to be found without a search; None of other meshes."""
+    if len(mesh.vertices) > MOST_PRISM_CORNERS:
+        return None
+    points = _corners(mesh, single=single)
+    points = rounded(points, steps) if steps else points
+    faces = prism_faces(points)
+    return None if faces is None else (points, faces)
 
 
 def _hull(points: Array, steps: int) -> tuple[Array, np.ndarray]:
