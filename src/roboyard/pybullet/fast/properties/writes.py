@@ -1,4 +1,4 @@
-"""What machine code of a command writes for an argument whose effect is known; see `properties.entries`."""
+"""Writes of a command in machine code, each for an argument whose effect is known; see `properties.entries`."""
 
 from __future__ import annotations
 
