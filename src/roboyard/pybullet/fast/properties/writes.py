@@ -1,4 +1,4 @@
-"""Writes of a command in machine code, each for an argument whose effect is known; see `properties.entries`."""
+"""Writes of commands in machine code, each for an argument with a known effect; see `properties.entries`."""
 
 from __future__ import annotations
 
