@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import sys
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,9 +23,9 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.fixture(autouse=True)
-def _machine_code() -> Iterator[None]:
+def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert number_lists.LISTS.address()
-    number_lists._reader.cache_clear()
+    monkeypatch.setattr(number_lists, "READER", number_lists.Reader())
     yield
     for number in list(CLIENTS):
         p.disconnect(number)
@@ -72,6 +73,21 @@ def test_whole_numbers_up_to_a_limit_are_read() -> None:
     for wrong in others:
         assert number_lists.integers_up_to(wrong, 2**40) is None
     assert number_lists.integers_up_to((1, 300), 299) is None
+
+
+@pytest.mark.parametrize("is_cheap", [True, False])
+def test_machine_code_that_is_not_stored_is_compiled_after_many_numbers(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, is_cheap: bool
+) -> None:
+    front = SimpleNamespace(is_stored=False, is_cheap=is_cheap, address=number_lists.LISTS.address)
+    monkeypatch.setattr(number_lists, "LISTS", front)
+    monkeypatch.setattr(number_lists, "MOST_NUMBERS", 60)
+    read = []
+    for _ in range(9):
+        found = number_lists.finite_rows([[1.0, 2.0, 3.0]] * 3, 3)
+        read.append(found is not None)
+    assert read == [False] * 6 + [is_cheap] * 3
+    assert caplog.text.count("compiling the reader of lists") == is_cheap
 
 
 def test_lists_are_not_kept() -> None:

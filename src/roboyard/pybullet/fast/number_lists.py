@@ -1,18 +1,19 @@
 """Long lists of numbers as arrays, read by machine code where it is stored; else by NumPy.
 
-NumPy takes about 50 ns for each number of nested lists. Numbers of other types than float and int, rows of
-other lengths, and numbers that are not finite are left to it.
+NumPy takes about 50 ns for each number of nested lists; after many of them the machine code is compiled.
+Numbers of other types than float and int, rows of other lengths, and numbers that are not finite are left to
+NumPy.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard._lazy import LazyLogger
 from roboyard._records import NamedTuple
 from roboyard.native.builtin import bound_function
 from roboyard.native.entry_parts import PLAIN, WHOLE, parts
@@ -23,6 +24,9 @@ from roboyard.pybullet.face.direct_calls import CAN_START
 _SMALL = 256
 """Python has one object of each smaller number from 0, which lie side by side."""
 _STRIDE = 32
+MOST_NUMBERS = 1_000_000
+"""Numbers that are read without machine code before it is compiled."""
+_log = LazyLogger("roboyard")
 
 
 class ListState(NamedTuple):
@@ -143,17 +147,37 @@ def integers_up_to(values: Sequence[int], most: int) -> NDArray[np.int64] | None
     return _read(values, 0, most)
 
 
+class Reader:
+    """The machine code: loaded for the first list where it is stored, else compiled after many numbers."""
+
+    def __init__(self) -> None:
+        """Look for nothing yet."""
+        self.call: Callable[[Any, int, int], Any] | None = None
+        self._numbers = 0
+
+    def count(self, numbers: int) -> None:
+        """Count numbers that are read without machine code; load or compile that when it is time."""
+        before = self._numbers
+        self._numbers += numbers
+        is_due = before < MOST_NUMBERS <= self._numbers
+        if not CAN_START or not (is_due or before == 0):
+            return
+        if not LISTS.is_stored:
+            if not is_due or not LISTS.is_cheap:
+                return
+            _log.warning("compiling the reader of lists for this machine: once, about 5 seconds")
+        address = LISTS.address()
+        if address:
+            has_small = all(id(number) == id(0) + _STRIDE * number for number in range(_SMALL))
+            self.call = bound_function("read_numbers", address, ListState(has_small=has_small))
+
+
+READER = Reader()
+
+
 def _read(values: Any, width: int, most: int) -> Any:
-    if type(values) in (list, tuple) and values:
-        read = _reader()
-        return None if read is None else read(values, width, most)
-    return None
-
-
-@cache
-def _reader() -> Callable[[Any, int, int], Any] | None:
-    address = LISTS.address() if CAN_START and LISTS.is_stored else 0
-    if not address:
+    if type(values) not in (list, tuple) or not values:
         return None
-    has_small = all(id(number) == id(0) + _STRIDE * number for number in range(_SMALL))
-    return bound_function("read_numbers", address, ListState(has_small=has_small))
+    if READER.call is None:
+        READER.count(len(values) * max(width, 1))
+    return None if READER.call is None else READER.call(values, width, most)
