@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
 import tempfile
@@ -22,6 +21,7 @@ from roboyard.description.xacro.expand import robot_stem
 from roboyard.errors import ConfigError, DescriptionError, unknown_name
 from roboyard.repair import fixes as fixes
 from roboyard.repair.registry import FIXES, RepairContext
+from roboyard.repair.text_diff import unified_diff
 
 LOG_NAME, RENAMES_NAME, DIFF_NAME = "repair_log.json", "renames.json", "repair.diff"
 
@@ -145,7 +145,7 @@ def repair_urdf(
             fixes=tuple(fixes),
             renames={"links": context.link_renames, "joints": context.joint_renames},
             staged={str(source): copy for source, copy in context.copier.staged.items()},
-            diff=_diff(unchanged, text, file.name, name),
+            diff=unified_diff(unchanged, text, file.name, name),
             before=before,
             after=replace(audit_urdf(written), file=folder / name),
         )
@@ -225,11 +225,6 @@ def _text(root: ET.Element) -> str:
     """The description in a plain layout: two blanks a level, one element a line."""
     ET.indent(root)
     return f'<?xml version="1.0" encoding="utf-8"?>\n{ET.tostring(root, encoding="unicode")}\n'
-
-
-def _diff(before: str, after: str, old: str, new: str) -> str:
-    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), old, new, lineterm="", n=2)
-    return "".join(f"{line}\n" for line in lines)
 
 
 def _json(data: Any) -> str:
