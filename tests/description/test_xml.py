@@ -1,5 +1,6 @@
 """The XML parser: lines, bounds, and nothing from outside."""
 
+import gc
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -117,3 +118,10 @@ def test_calls_that_xacro_left_in_its_output_are_left_out_with_a_note():
     for unexpanded in (text.replace(comment, ""), text.replace("sensors_usb", "macro")):
         root, notes = read_xml(unexpanded)
         assert len(root) == 2 and not notes
+
+
+def test_garbage_is_collected_again_after_a_file_is_refused():
+    with pytest.raises(DescriptionError):
+        read_xml("<!DOCTYPE robot><robot/>")
+    read_xml("<robot/>")
+    assert gc.isenabled()

@@ -51,6 +51,9 @@ CALLS: list[tuple[Any, ...]] = [
     (0.7, -2, -1),
     (0.7, 6, 3),
     (0.7, 99),
+    (0.7, np.int64(6), np.int32(3)),
+    (0.7, np.float64(6), -1),
+    (0.7, np.uint8(6), True),
     (0.7, -3, -2),
     (0.7, -1.0),
     (float("nan"),),
@@ -82,7 +85,7 @@ def test_points_are_those_of_the_python_function(bodies: list[int], given: tuple
     )
     some = 0
     for edit in edits:
-        for a in (*bodies, 99, -1, 1.0):
+        for a in (*bodies, 99, -1, 1.0, np.int64(bodies[2])):
             for b in (bodies[0], *bodies[2:4], True):
                 answers = []
                 for is_python in (False, False, True):
@@ -98,6 +101,7 @@ def test_points_are_those_of_the_python_function(bodies: list[int], given: tuple
 
 def test_machine_code_finds_points(bodies: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
     p.getClosestPoints(bodies[3], bodies[2], 5)
+    p.getClosestPoints(bodies[3], bodies[2], 5, -1, 6)
     p.getClosestPoints(bodies[3], bodies[4], 5, linkIndexB=-1)
     p.resetBasePositionAndOrientation(bodies[3], [1, 0, 2], [0, 0, 0, 1])
     p.resetBasePositionAndOrientation(bodies[4], [1, 0, 3], [0, 0, 0, 1])
@@ -110,6 +114,10 @@ def test_machine_code_finds_points(bodies: list[int], monkeypatch: pytest.Monkey
     np.testing.assert_allclose(normal, [0, 0, -1], rtol=0, atol=1e-6)
     assert force == 0.0
     assert len(p.getClosestPoints(bodies[3], bodies[2], 5)) > 5
+    of_numpy: Any = np.int64(bodies[3]), np.int32(bodies[2]), 5, np.int64(-1), np.int32(6)
+    (point,) = p.getClosestPoints(*of_numpy)
+    assert point == p.getClosestPoints(*map(int, of_numpy))[0]
+    assert [type(number) for number in point[:5]] == [int] * 5
 
 
 def test_machine_code_finds_points_beside_terrain(bodies: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -177,6 +185,7 @@ def test_points_of_shapes_are_those_of_the_python_function(bodies: list[int], po
     for edit in edits:
         edit()
         sides: list[Any] = [(box, two), (two, box), (two, two), (box, 77), (-1, two), (box, -1), (True, box)]
+        sides.append((np.int64(box), two))
         for a, b in sides:
             for body in (bodies[2], bodies[3], bodies[4], 99, -1):
                 for link in (-2, -1, 3):
