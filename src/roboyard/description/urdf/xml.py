@@ -34,7 +34,9 @@ class OmittedNote(str):
 class LocatedElement(ET.Element):
     """An element that remembers the line of its start tag."""
 
-    line: int | None = None
+    __slots__ = ("line",)
+
+    line: int | None
 
 
 def line_of(element: ET.Element) -> int | None:
