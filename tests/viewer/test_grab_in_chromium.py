@@ -107,14 +107,30 @@ def reset(script: Script) -> None:
     until(done.is_set)
 
 
+def lift(script: Script, mouse: Mouse) -> None:
+    """Drag the cube up until it leaves the ground.
+
+    A page that draws late on a busy machine may show the cube where it was: the mouse misses it then.
+    """
+    for _ in range(4):
+        mouse.drag(script.cube.position, (0, -250), script.viewer.grab)
+        end = time.monotonic() + 20.0
+        while time.monotonic() < end:
+            if script.cube.position[2] > 0.125:
+                return
+            time.sleep(0.05)
+        mouse.release()
+        until(lambda: script.viewer.grab.drag is None)
+    pytest.fail("the cube stayed on the ground")
+
+
 def test_a_cube_is_lifted_and_falls(tmp_path: Path) -> None:
     script = Script()
     page = chromium.Page(script.viewer.url, tmp_path / "profile", (1280, 800))
     try:
         mouse = Mouse(page, script.viewer)
         until(lambda: script.cube.position[2] < 0.11)
-        mouse.drag(script.cube.position, (0, -250), script.viewer.grab)
-        until(lambda: script.cube.position[2] > 0.125)
+        lift(script, mouse)
         until(lambda: script.viewer.server.scene.get_handle_by_name("/roboyard pull"))
         mouse.release()
         until(lambda: script.cube.position[2] < 0.11)
@@ -122,8 +138,7 @@ def test_a_cube_is_lifted_and_falls(tmp_path: Path) -> None:
         reset(script)
         until(lambda: abs(script.cube.position[0]) < 1e-3 and script.cube.position[2] < 0.11)
         # reset while it is held, which adds a constraint to the world
-        mouse.drag(script.cube.position, (0, -250), script.viewer.grab)
-        until(lambda: script.cube.position[2] > 0.125)
+        lift(script, mouse)
         reset(script)
         until(lambda: not script.viewer.grab.is_holding)
         until(lambda: abs(script.cube.position[0]) < 1e-3 and script.cube.position[2] < 0.11)
