@@ -11,6 +11,7 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from difflib import SequenceMatcher
+from itertools import pairwise
 from typing import Literal
 
 CONTEXT = 2
@@ -94,13 +95,9 @@ def _equal_spans(was: Sequence[str], now: Sequence[str]) -> list[Span]:
         if i1 == i2 or j1 == j2:
             continue
         anchors = _lines_of_their_own(was[i1:i2], now[j1:j2]) if level < MOST_LEVELS else []
-        if anchors:
-            i, j = i1, j1
-            for a, b in anchors:
-                left.append(((i, i1 + a, j, j1 + b), level + 1))
-                found.append((i1 + a, i1 + a + 1, j1 + b, j1 + b + 1))
-                i, j = i1 + a + 1, j1 + b + 1
-            left.append(((i, i2, j, j2), level + 1))
+        if anchors:  # each begins a part, whose first lines are equal then
+            cuts = [(i1, j1), *((i1 + a, j1 + b) for a, b in anchors), (i2, j2)]
+            left += [((i, k, j, m), level + 1) for (i, j), (k, m) in pairwise(cuts)]
         elif (i2 - i1) * (j2 - j1) <= MOST_PAIRS:
             blocks = SequenceMatcher(None, was[i1:i2], now[j1:j2], autojunk=False).get_matching_blocks()
             found += [(i1 + a, i1 + a + n, j1 + b, j1 + b + n) for a, b, n in blocks if n]

@@ -7,13 +7,11 @@ they are not well-formed are corrected where the meaning is plain (see `xml_repa
 
 from __future__ import annotations
 
-import gc
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from xml.parsers import expat
 
+from roboyard._lazy import paused_collection
 from roboyard.description.urdf.undeclared_world import with_declared_world
 from roboyard.description.urdf.xacro_calls import without_left_calls
 from roboyard.description.urdf.xml_repair import REPAIRS, decode
@@ -165,18 +163,6 @@ def _parse(data: bytes, file: Path | None, max_depth: int, encoding: str | None 
     return builder.parse(data)
 
 
-@contextmanager
-def _no_collection() -> Iterator[None]:
-    """Let no garbage be collected: elements are none, and looking at each again takes a third of the time."""
-    was = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()
-
-
 class _Builder:
     """Expat's events turned into located elements, within bounds."""
 
@@ -201,7 +187,7 @@ class _Builder:
 
     def parse(self, data: bytes) -> ET.Element:
         try:
-            with _no_collection():
+            with paused_collection(makes_old=False):
                 self.parser.Parse(data, True)
         except expat.ExpatError as error:
             reason = expat.ErrorString(error.code)
@@ -213,8 +199,7 @@ class _Builder:
         return self.root
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
-        if self.chunks:
-            self.flush()
+        self.flush()
         element = LocatedElement(tag, attributes)
         element.line = self.parser.CurrentLineNumber
         self.count += 1
@@ -230,12 +215,13 @@ class _Builder:
         self.last = None
 
     def end(self, tag: str) -> None:
-        if self.chunks:
-            self.flush()
+        self.flush()
         self.last = self.open.pop()
 
     def flush(self) -> None:
         """Assign the text read since the last tag to its element."""
+        if not self.chunks:
+            return
         text = "".join(self.chunks)
         self.chunks.clear()
         if self.last is not None:

@@ -52,8 +52,6 @@ class ClosestState(NamedTuple):
     moved: str = "is_moved"
     none: None = None
     listed: list[Any] = []  # noqa: RUF012 - of which the type is read
-    wide: Any = np.int64(0)
-    narrow: Any = np.int32(0)
 
 
 class ShapePlan(NamedTuple):
@@ -83,7 +81,7 @@ class ShapePlan(NamedTuple):
 _SOURCE = f"""
 SIZE, ITEMS, KIND = 2, 3, 1  # of tuples and of any object, in words
 COMMAND, PREPARED, TRUE, NOTHING, WHOLE, NUMBER, ANY_LINK, ZEROS, ONE, ZERO = range(3, 13)
-MOVED, NONE, LISTED, WIDE, NARROW = range(13, 18)
+MOVED, NONE, LISTED = range(13, 16)
 WORLD, UPDATE, LOOP, SHAPES, MARGINS, OUT, PAIRS, PLACES = range(3, 11)
 GEOMS, LINKS = range(3, 5)  # of a side
 PLAN_WORLD, PLAN_UPDATE, PLAN_SHAPES, OWNERS, PLAN_LOOP, ARGUMENTS, PLAN_OUT, PLAN_PLACES = range(3, 11)
@@ -91,24 +89,13 @@ POSES, FIRST_LINKS, SECOND_LINKS, BODIES = range(11, 15)
 TUPLE = NOTHING
 {parts(ATTRIBUTE, FOUND, PLAIN, TRIPLE, NUMBER, ITEM, HAS_LENGTH, NUMBER_IN)}
 @part
-def as_int(state, value):
-    kind = word(value, KIND)
-    if kind == word(word(state, WHOLE), KIND):
-        Py_IncRef(value)
-        return value
-    if kind == word(word(state, WIDE), KIND) or kind == word(word(state, NARROW), KIND):
-        return PyLong_FromLongLong(PyLong_AsLongLong(value))
-    return 0
-
-@part
 def side_of(state, bodies, body, link):
-    whole = as_int(state, link) if body != 0 else 0
-    if whole == 0:
+    if word(body, KIND) != word(word(state, WHOLE), KIND):
+        return 0
+    if word(link, KIND) != word(word(state, WHOLE), KIND):
         return 0
     links = found(bodies, body)
-    side = 0 if links == 0 else found(links, whole)
-    Py_DecRef(whole)
-    return side
+    return 0 if links == 0 else found(links, link)
 
 @part
 def is_placed(state, scene, shapes):
@@ -183,23 +170,19 @@ def points(state, bodies, scene, given, count):
     any_link, limit = word(state, ANY_LINK), plain(state, given[3])
     if limit - limit != 0.0:
         return 0
-    made, body, other = 0, as_int(state, given[1]), as_int(state, given[2])
-    first = side_of(state, bodies, body, given[4] if count > 4 else any_link)
-    second = side_of(state, bodies, other, given[5] if count > 5 else any_link)
-    if first != 0 and second != 0:
-        Py_IncRef(first)
-        Py_IncRef(second)
-        number = count_of(state, scene, first, second, given[3])
-        made = all_points(
-            state, number, word(scene, OUT), word(scene, PLACES), (body, other),
-            word(first, LINKS), word(second, LINKS),
-        )
-        Py_DecRef(first)
-        Py_DecRef(second)
-    if body != 0:
-        Py_DecRef(body)
-    if other != 0:
-        Py_DecRef(other)
+    first = side_of(state, bodies, given[1], given[4] if count > 4 else any_link)
+    second = side_of(state, bodies, given[2], given[5] if count > 5 else any_link)
+    if first == 0 or second == 0:
+        return 0
+    Py_IncRef(first)
+    Py_IncRef(second)
+    number = count_of(state, scene, first, second, given[3])
+    made = all_points(
+        state, number, word(scene, OUT), word(scene, PLACES), (given[1], given[2]),
+        word(first, LINKS), word(second, LINKS),
+    )
+    Py_DecRef(first)
+    Py_DecRef(second)
     return made
 
 @part
@@ -274,11 +257,11 @@ def plan_of(state, plans, given, count):
     key, made = PyTuple_New(6), 0
     places = (1, 4, 6, 2, 5, 7)
     for k in range(6):
-        value = as_int(state, given[places[k]] if places[k] < count else word(state, WHOLE))
-        if value == 0:
+        value = given[places[k]] if places[k] < count else word(state, WHOLE)
+        if word(value, KIND) != word(word(state, WHOLE), KIND):
             Py_DecRef(key)
             return 0
-        PyTuple_SetItem(key, k, value)
+        put(key, k, value)
     made = found(plans, key)
     Py_DecRef(key)
     return made
