@@ -74,7 +74,7 @@ def test_only_the_links_of_a_placed_robot_are_shown_where_they_are_now(
         if not (direct_calls.CAN_START and arrays_have_the_known_layout()):
             pytest.skip("machine code is not used here")
         monkeypatch.setattr(fast_commands, "FEW", 0)
-        direct_calls.START.enter()
+        direct_calls.START.enter(waits=False)
     p.setGravity(0, 0, -10)
     one, two = arm(0), arm(1)
     for body in (one, two):

@@ -119,7 +119,7 @@ FIRST_CLIENT: Mapping[str, tuple[Any, int, str]] = {
 }
 """Functions that always use client 0: `function(client, *arguments)`, which does it, the largest number of
 arguments, and a command that changes the same answers."""
-START.later(partial(replace_old_motors, _control_joint, KP))
+START.later(partial(replace_old_motors, _control_joint, KP), "setJointMotorControl")
 
 
 # ---------------------------------------------------------------------------------------------- renderImage

@@ -27,7 +27,7 @@ def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     fronts = FRONT, appearance_entries.APPEARANCE, dynamics_entries.INFO
     assert all(front.address() for front in fronts)
     monkeypatch.setattr(fast_commands, "FEW", 0)
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     fast_commands.replace_appearance()
     fast_commands.replace_dynamics_info()
     yield

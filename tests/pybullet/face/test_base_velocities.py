@@ -27,7 +27,7 @@ def bodies(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
     assert FRONT.address()
     assert base_entries.VELOCITY.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     p.connect(p.DIRECT)
     p.setGravity(0, 0, -9.8)
     data, box = getDataPath(), p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3])

@@ -27,7 +27,7 @@ def bodies(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
     assert FRONT.address()
     assert entries.CLOSEST.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     fast_commands.replace_closest()
     p.connect(p.DIRECT)
     p.setAdditionalSearchPath(getDataPath())

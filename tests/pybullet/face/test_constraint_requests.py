@@ -52,7 +52,7 @@ def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     fronts = creation.CREATION, creation.REMOVAL, reads.STATE, reads.INFO, reads.COUNT, reads.NUMBER
     assert all(front.address() for front in (*fronts, property_entries.PROPERTIES))
     monkeypatch.setattr(fast_commands, "FEW", 0)
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     fast_commands.replace_constraints()
     fast_commands.replace_constraint_reads()
     constraints.replace_changes()

@@ -29,7 +29,7 @@ def passed_on(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[None]]:
     assert FRONT.address()
     assert detection_entries.DETECTION.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     fast_commands.replace_detection()
     calls = list[None]()
     prepare = detection_entries.prepare

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import subprocess
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -27,7 +28,7 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture(scope="module", autouse=True)
 def _machine_code() -> None:
     assert FRONT.address()
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
 
 
 @pytest.fixture
@@ -356,3 +357,45 @@ def test_answers_that_are_kept_are_of_commands_that_change_none() -> None:
         assert len(command_names.changed_answers(name)) == command_names.KINDS
         assert command_names.CONTACTS in command_names.changed_answers(name)
     assert set(COMMANDS) >= command_names._UNMOVING
+
+
+def test_loads_name_all_commands_that_they_replace(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert all(COMMANDS[name] for name in COMMANDS), "all modules are imported"
+    replaced: list[str] = []
+    monkeypatch.setattr(direct_calls.START, "replace", lambda name, _: replaced.append(name))
+    groups = [(load, commands) for load, commands in direct_calls.START.waiting if commands]
+    assert len(groups) > 20
+    for load, commands in groups:
+        replaced.clear()
+        load()
+        assert set(replaced) == set(commands)
+
+
+FEW_CALLS = """
+import sys
+import roboyard.pybullet as p
+from roboyard.pybullet.face import direct_calls
+from roboyard.pybullet.fast import fast_commands
+
+ENTRIES = "roboyard.pybullet.fast.link_entries"
+p.connect(p.DIRECT)
+box = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), -1, [0, 0, 1], linkMasses=[1],
+    linkCollisionShapeIndices=[-1], linkVisualShapeIndices=[-1], linkPositions=[[0, 0, 1]],
+    linkOrientations=[[0, 0, 0, 1]], linkInertialFramePositions=[[0, 0, 0]],
+    linkInertialFrameOrientations=[[0, 0, 0, 1]], linkParentIndices=[0], linkJointTypes=[p.JOINT_FIXED],
+    linkJointAxis=[[0, 0, 1]])
+state = p.getLinkState(box, 0)
+for k in range(direct_calls.MANY):
+    p.resetBaseVelocity(box, [0, 0, 0], [0, 0, 0])
+assert ENTRIES not in sys.modules
+for k in range(2 * fast_commands.FEW):
+    assert p.getLinkState(box, 0) == state
+assert ENTRIES in sys.modules
+print(fast_commands.is_machine_code("getLinkState"), fast_commands.is_machine_code("getLinkStates"))
+"""
+
+
+def test_machine_code_is_loaded_for_what_a_program_calls_some_times() -> None:
+    done = subprocess.run([sys.executable, "-c", FEW_CALLS], capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    assert done.stdout == "True False\n"

@@ -42,7 +42,7 @@ def _machine_code() -> Iterator[None]:
     assert len(entries) > 10
     assert all(front.address() for front in (FRONT, *entries)), "compiled and stored now, if not before"
     few, fast_commands.FEW = fast_commands.FEW, 0
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     fast_commands.replace_pushes()
     fast_commands.replace_boxes()
     fast_commands.replace_motors()

@@ -34,7 +34,7 @@ def _machine_code() -> Iterator[None]:
         assert all(front.address() for front in vars(loaded).values() if isinstance(front, type(FRONT)))
     assert FRONT.address()
     few, fast_commands.FEW = fast_commands.FEW, 0
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     for load in ("bases", "motors", "contacts", "lines", "user_data"):
         getattr(fast_commands, f"replace_{load}")()
     yield

@@ -123,7 +123,7 @@ def _machine_code() -> Iterator[None]:
     entries = [value for module in modules for value in vars(module).values() if isinstance(value, Front)]
     assert all(front.address() for front in (FRONT, *entries)), "compiled and stored now, if not before"
     few, fast_commands.FEW = fast_commands.FEW, 0
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     yield
     fast_commands.FEW = few
 

@@ -27,7 +27,7 @@ def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert FRONT.address()
     assert all(front.address() for front in (item_entries.LINE, item_entries.TEXT, item_entries.POINTS))
     monkeypatch.setattr(fast_commands, "FEW", 0)
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     p.connect(p.DIRECT)
     yield
     for number in list(CLIENTS):

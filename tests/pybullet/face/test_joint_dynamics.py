@@ -29,7 +29,7 @@ def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert FRONT.address()
     assert property_entries.PROPERTIES.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     yield
     for number in list(CLIENTS):
         p.disconnect(number)

@@ -35,7 +35,7 @@ def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert FRONT.address()
     assert joint_states.STATES.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     fast_commands.replace_joint_reads()
     assert p.connect(p.DIRECT) == 0
     yield

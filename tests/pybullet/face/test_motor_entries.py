@@ -32,7 +32,7 @@ def _machine_code(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert motor_entries.MOTORS.address()
     assert old_motor_entries.OLD.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     fast_commands.replace_motors()
     yield
     for number in list(CLIENTS):

@@ -29,7 +29,7 @@ def _world(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert FRONT.address()
     assert ray_entries.RAYS.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     p.connect(p.DIRECT)
     p.setAdditionalSearchPath(getDataPath())
     p.loadURDF("plane.urdf")

@@ -35,7 +35,7 @@ def passed_on(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[None]]:
     assert FRONT.address()
     assert step_entries.STEP.address()
     monkeypatch.setattr(fast_commands, "FEW", 0)
-    direct_calls.START.enter()
+    direct_calls.START.enter(waits=False)
     fast_commands.replace_step()
     calls = list[None]()
     prepare = step_entries.prepare

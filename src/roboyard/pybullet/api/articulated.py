@@ -433,4 +433,4 @@ def _rows(matrix: Array) -> Rows:
     return tuple(map(tuple, matrix.tolist()))
 
 
-START.later(replace_dynamics)
+START.later(replace_dynamics, "calculateInverseDynamics", "calculateMassMatrix")

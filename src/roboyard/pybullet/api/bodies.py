@@ -344,4 +344,4 @@ def _three(velocity: Vector | None) -> Triple | None:
         return 0.0, 0.0, 0.0
 
 
-START.later(replace_bases)
+START.later(replace_bases, "resetBasePositionAndOrientation", "resetBaseVelocity", "getBaseVelocity")

@@ -331,8 +331,14 @@ def _turn(orientation: Vector | None, default: Quaternion = IDENTITY) -> Quatern
     return given
 
 
-START.later(replace_constraint_reads)
-START.later(replace_constraints)
+START.later(
+    replace_constraint_reads,
+    "getConstraintState",
+    "getConstraintInfo",
+    "getNumConstraints",
+    "getConstraintUniqueId",
+)
+START.later(replace_constraints, "createConstraint", "removeConstraint")
 
 
 def _move_child(client: Client, number: int, pivot: Vector3) -> None:
@@ -426,4 +432,4 @@ def replace_changes() -> None:
     )
 
 
-START.later(replace_changes)
+START.later(replace_changes, "changeConstraint")

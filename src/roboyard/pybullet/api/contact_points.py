@@ -319,5 +319,5 @@ def _closest(
     )
 
 
-START.later(replace_contacts)
-START.later(replace_closest)
+START.later(replace_contacts, "getContactPoints")
+START.later(replace_closest, "getClosestPoints")

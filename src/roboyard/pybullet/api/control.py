@@ -559,4 +559,10 @@ class SpringDamper:
         self._scene.world.wrenches.add_joint_effort(record.body.joints[joint], torque)
 
 
-START.later(replace_motors)
+START.later(
+    replace_motors,
+    "setJointMotorControl2",
+    "setJointMotorControlArray",
+    "setJointMotorControlMultiDof",
+    "setJointMotorControlMultiDofArray",
+)

@@ -191,4 +191,11 @@ def _line_color(rgb: Vector) -> tuple[float, float, float]:
     return vector3(given, "") if len(given) == 3 else WHITE
 
 
-START.later(replace_lines)
+START.later(
+    replace_lines,
+    "addUserDebugLine",
+    "addUserDebugText",
+    "addUserDebugPoints",
+    "addUserDebugParameter",
+    "removeUserDebugItem",
+)

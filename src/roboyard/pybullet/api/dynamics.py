@@ -542,5 +542,5 @@ def replace_changes() -> None:
     )
 
 
-START.later(replace_changes)
-START.later(replace_dynamics_info)
+START.later(replace_changes, "changeDynamics")
+START.later(replace_dynamics_info, "getDynamicsInfo")

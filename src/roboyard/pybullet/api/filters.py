@@ -48,4 +48,4 @@ def setCollisionFilterGroupMask(
         scene.last_step.filtered[place] = None
 
 
-START.later(replace_filters)
+START.later(replace_filters, "setCollisionFilterGroupMask")

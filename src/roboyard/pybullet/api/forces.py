@@ -97,4 +97,4 @@ def _checked(flags: int, numbers: Iterable[Any]) -> None:
         number(value)
 
 
-START.later(replace_pushes)
+START.later(replace_pushes, "applyExternalForce", "applyExternalTorque")

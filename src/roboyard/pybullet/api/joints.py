@@ -489,5 +489,11 @@ def _joint_error(record: BodyRecord, joint: int, message: str) -> Exception:
     return failure(message, f"body {record.number} has the joints 0 to {record.joint_count - 1}, not {joint}")
 
 
-START.later(replace_joints)
-START.later(replace_joint_reads)
+START.later(replace_joints, "resetJointState", "resetJointStateMultiDof", "resetJointStatesMultiDof")
+START.later(
+    replace_joint_reads,
+    "getJointState",
+    "getJointStates",
+    "getJointStateMultiDof",
+    "getJointStatesMultiDof",
+)

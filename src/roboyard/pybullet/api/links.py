@@ -158,4 +158,4 @@ def _reader(world: World | LoneBody, record: BodyRecord) -> LinkReader:
     return link_reader(world, record)
 
 
-START.later(replace_links)
+START.later(replace_links, "getLinkState", "getLinkStates")

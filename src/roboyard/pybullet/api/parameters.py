@@ -193,4 +193,4 @@ for _name in (
     *("setGravity", "setTimeStep", "setRealTimeSimulation", "setDefaultContactERP", "setTimeOut"),
     "setPhysicsEngineParameter",
 ):
-    START.later(partial(replace_settings, _name))
+    START.later(partial(replace_settings, _name), _name)

@@ -380,6 +380,6 @@ def _soft_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> li
     return sorted(found, key=lambda hit: hit[2])
 
 
-START.later(replace_boxes)
-START.later(replace_overlaps)
-START.later(replace_rays)
+START.later(replace_boxes, "getAABB")
+START.later(replace_overlaps, "getOverlappingObjects")
+START.later(replace_rays, "rayTest", "rayTestBatch")

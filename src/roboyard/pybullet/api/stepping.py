@@ -95,5 +95,5 @@ def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
     scene.frames_are_old = True
 
 
-START.later(replace_detection)
-START.later(replace_step)
+START.later(replace_detection, "performCollisionDetection")
+START.later(replace_step, "stepSimulation")

@@ -115,4 +115,4 @@ def syncUserData(client: Client, bodyUniqueId: int | Iterable[int] = -1) -> None
     """Do nothing: a client in this process always has current data."""
 
 
-START.later(replace_user_data)
+START.later(replace_user_data, "addUserData", "getUserDataId", "getUserData", "removeUserData")

@@ -151,4 +151,4 @@ def getMouseEvents(client: Client) -> tuple[tuple[Any, ...], ...]:
 
 
 for _name in ("configureDebugVisualizer", "resetDebugVisualizerCamera"):
-    START.later(partial(replace_settings, _name))
+    START.later(partial(replace_settings, _name), _name)

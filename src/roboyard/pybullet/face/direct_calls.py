@@ -21,8 +21,8 @@ from roboyard.pybullet.face.errors import error, world_failure
 
 REFUSED = (RoboyardError, ValueError)
 """Errors of the layers below for values that they refuse; scripts get them as `error`."""
-MANY, MOST = 1000, 5000
-"""After so many calls stored machine code is loaded (0.4 ms), or it is compiled once and for all."""
+MANY, MOST = 150, 5000
+"""After so many calls stored machine code is loaded (1 ms), or it is compiled once and for all."""
 DIRECT: dict[int, Any] = {}
 """Clients in this process, by number, whose methods are the commands themselves."""
 PREPARED: dict[str, dict[Any, dict[int, Any]]] = {
@@ -166,17 +166,34 @@ class Start:
         self.numbers = count(1)
         self._address = 0
         self._definitions: list[Any] = []
-        self._waiting: list[Callable[[], None]] = []
+        self.waiting: list[tuple[Callable[[], None], tuple[str, ...]]] = []
+        self._waits = True
         self.functions: dict[str, Any] = {}
         """Public functions by name, as far as there are any."""
         self.replaced: dict[str, Any] = {}
         """Functions that are called for commands instead of theirs, by name."""
 
-    def later(self, load: Callable[[], None]) -> None:
-        """Call a function once machine code is used, at once if it is."""
-        self._waiting.append(load)
+    def later(self, load: Callable[[], None], *commands: str) -> None:
+        """Call a function once machine code is used, at once if it is.
+
+        Args:
+            load: replaces the commands.
+            commands: names; it is called when one of them is first called then, at once without any.
+        """
+        self.waiting.append((load, commands))
         if self._address:
+            self._prepare(load, commands)
+
+    def _prepare(self, load: Callable[[], None], commands: tuple[str, ...]) -> None:
+        if not (commands and self._waits):
             load()
+            return
+        for name in commands:
+            self.replace(name, partial(self._first, load, name))
+
+    def _first(self, load: Callable[[], None], name: str, *given: Any) -> Any:
+        load()
+        return self.replaced[name](*given)
 
     def replace(self, name: str, command: Any) -> None:
         """Call another function for a command."""
@@ -185,16 +202,21 @@ class Start:
             (cell,) = self.functions[name].__closure__
             cell.cell_contents = cell.cell_contents._replace(command=command)
 
-    def enter(self) -> None:
-        """Load the machine code, where that costs little, and let all built-ins enter it."""
+    def enter(self, *, waits: bool = True) -> None:
+        """Load the machine code, where that costs little, and let all built-ins enter it.
+
+        Args:
+            waits: whether commands are replaced when they are first called, not at once.
+        """
         from roboyard.pybullet.face.entries import FRONT
 
+        self._waits = waits
         is_last = next(self.numbers) > MOST
         self._address = FRONT.address() if FRONT.is_stored or (is_last and FRONT.is_cheap) else 0
         for definition in self._definitions if self._address else ():
             definition.function = self._address
-        for load in self._waiting if self._address else ():
-            load()
+        for load, commands in self.waiting if self._address else ():
+            self._prepare(load, commands)
 
     def append(self, definition: Any) -> None:
         """Take the definition of a built-in, which enters the machine code now or later."""

@@ -14,7 +14,7 @@ from roboyard.native.fronts import Front
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.direct_calls import MOST, PREPARED, START
 
-FEW = 100
+FEW = 15
 """After so many calls of a command its stored machine code is loaded, which takes as long as they do."""
 _log = LazyLogger("roboyard")
 

@@ -453,5 +453,5 @@ def _change(client: Client, record: BodyRecord, link: int, shape: int, fields: d
             client.scene.world.render_shapes.change_later(record.body, link + 1, shape, name, value)
 
 
-START.later(partial(replace_settings, "setDebugObjectColor"))
-START.later(replace_appearance)
+START.later(partial(replace_settings, "setDebugObjectColor"), "setDebugObjectColor")
+START.later(replace_appearance, "changeVisualShape", "resetVisualShapeData")
