@@ -203,3 +203,82 @@ def test_surfaces_in_the_far_plane_are_drawn(client: int, near: float, far: floa
     projection = p.computeProjectionMatrixFOV(20, 1, near, far)
     image = p.getCameraImage(16, 16, view, projection, renderer=p.ER_TINY_RENDERER)
     assert int((np.asarray(image[4]) >= 0).sum()) == drawn
+
+
+def _scene_of_matrices() -> tuple[np.ndarray, np.ndarray]:
+    look = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.15], rgbaColor=[1, 0, 0, 1])
+    p.createMultiBody(0, -1, look, [0, 0, 0], [0.1, 0.2, 0.3, 0.9])
+    ball = p.createVisualShape(p.GEOM_SPHERE, radius=0.1, rgbaColor=[0, 1, 0, 1])
+    p.createMultiBody(0, -1, ball, [0.3, 0, 0])
+    view = p.computeViewMatrix([0.5, 0.8, 0.6], [0, 0, 0], [0, 0, 1])
+    projection = p.computeProjectionMatrixFOV(60, 80 / 60, 0.1, 3)
+    return np.reshape(view, (4, 4)).T, np.reshape(projection, (4, 4)).T
+
+
+def _image(view: np.ndarray, projection: np.ndarray) -> list[np.ndarray]:
+    matrices = view.T.ravel().tolist(), projection.T.ravel().tolist()
+    image = p.getCameraImage(80, 60, *matrices, lightDirection=[1, 1, 1])
+    return [image[2].copy(), image[3].copy(), image[4].copy()]
+
+
+@pytest.mark.parametrize("turned", [(1, 3), (1, 4), (3, 4)])
+@pytest.mark.parametrize("flip", [(-1, 1, 1), (1, -1, 1), (2, 2, 2), (0.5, 1.5, 1), (-3, 2, 1)])
+def test_scale_and_mirror_of_the_view_may_be_undone_by_the_projection(
+    client: int, flip: tuple[float, float, float], turned: tuple[int, int]
+) -> None:
+    """The matrices of cameras of calibration tools, whose y points down."""
+    view, projection = _scene_of_matrices()
+    shear = np.eye(4)
+    shear[0, 1] = 0.2 * (turned[0] == 3)
+    change = np.diag([*flip, 1.0]) @ shear
+    change[:3, :3] *= turned[1] / 4
+    first = _image(view, projection)
+    second = _image(change @ view, projection @ np.linalg.inv(change))
+    np.testing.assert_allclose(second[0].astype(int), first[0], atol=1)
+    np.testing.assert_allclose(second[1], first[1], atol=1e-6)
+    np.testing.assert_array_equal(second[2], first[2])
+
+
+@pytest.mark.parametrize(
+    ("flip", "depth", "centre"),
+    [
+        ((1, 1, 1), 0.99408, (33.55, 26.47)),
+        ((-1, 1, 1), 0.99408, (33.55, 53.53)),
+        ((1, -1, 1), 0.99408, (24.45, 26.47)),
+        ((-1, -1, 1), 0.99408, (24.45, 53.53)),
+        ((2, 2, 2), 0.99851, (33.55, 26.47)),
+        ((1, 2, 1), 0.98817, (38.22, 26.46)),
+    ],
+)
+def test_pictures_of_scaled_and_mirrored_views_are_those_of_pybullet(
+    client: int, flip: tuple[float, float, float], depth: float, centre: tuple[float, float]
+) -> None:
+    """PyBullet 3.2.7's mean depth, and the mean row and column of the sphere."""
+    view, projection = _scene_of_matrices()
+    rgba, buffer, ids = _image(np.diag([*flip, 1.0]) @ view, projection)
+    assert buffer.mean() == pytest.approx(depth, abs=2e-4)
+    assert np.argwhere(ids == 1).mean(axis=0) == pytest.approx(centre, abs=0.3)
+    assert rgba[ids == 0].mean(axis=0)[:3] == pytest.approx((208.3, 0, 0), abs=1), "its outside is drawn"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("a.stl", "solid a\nendsolid a\n"), ("a.obj", "v 0 0 0\nv 1 0 0\n"), ("a.dae", "<COLLADA")],
+)
+def test_visual_meshes_that_cannot_be_read_are_shown_as_nothing(
+    client: int, tmp_path: Path, name: str, text: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / name).write_text(text)
+    box = '<visual><geometry><box size="0.2 0.2 0.2"/></geometry></visual>'
+    mesh = f'<visual><geometry><mesh filename="{name}"/></geometry></visual>'
+    file = tmp_path / "robot.urdf"
+    file.write_text(f'<robot name="r"><link name="l">{mesh}{box}</link></robot>')
+    robot = p.loadURDF(str(file), [0, 0, 0.5])
+    assert [data[2] for data in p.getVisualShapeData(robot)] == [p.GEOM_MESH, p.GEOM_BOX]
+    p.changeVisualShape(robot, -1, shapeIndex=1, rgbaColor=[0, 1, 0, 1])
+    image = p.getCameraImage(
+        20, 20, p.computeViewMatrix(*VIEW), p.computeProjectionMatrixFOV(40, 1, 0.05, 10)
+    )
+    assert image[4][10, 10] == robot
+    assert image[2][10, 10, :3].argmax() == 1
+    assert name in caplog.text

@@ -172,3 +172,20 @@ def test_wrong_frames_raise(shape):
         render(scene, np.zeros((3, 3)), np.eye(3), camera)
     with pytest.raises(ValueError, match="samples"):
         render(RenderScene(), np.zeros((1, 3)), np.eye(3)[None], camera, samples=2)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("camera", list(cameras()))
+@pytest.mark.parametrize(("flip", "step"), [((-1.0, 1.0), (1, -1)), ((1.0, -1.0), (-1, 1))])
+def test_a_mirrored_projection_gives_the_mirrored_picture(camera, flip, step, shape, floor, picture):
+    shapes = [shape(primitives.box(), position=(0.0, 0.1, 0.3), rgba=(1.0, 0.2, 0.1, 1.0)), floor]
+    image = picture(shapes, camera)
+    mirrored = Camera(
+        camera.width, camera.height, camera.view, np.diag([*flip, 1.0, 1.0]) @ camera.projection
+    )
+    other = picture(shapes, mirrored)
+    rows, columns = step
+    assert (image.segmentation == (0, -1)).all(axis=-1).sum() > 50
+    for name in ("segmentation", "depth", "rgba"):  # edges through centres of pixels fall to one side
+        expected = getattr(image, name)[::rows, ::columns]
+        assert np.isclose(getattr(other, name), expected, atol=1, rtol=1e-5).mean() > 0.99
+    assert other.camera is mirrored

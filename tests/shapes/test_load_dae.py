@@ -88,6 +88,22 @@ def test_only_the_visual_scene_is_read(tmp_path):
     assert mesh.bounds[1].tolist() == [1, 1, 1]
 
 
+def test_elements_of_other_tags_may_have_the_same_id(tmp_path):
+    """As 3ds Max's exporter writes them."""
+    materials = (
+        '<library_effects><effect id="g"><profile_COMMON><technique><phong><diffuse><color>1 0 0 1</color>'
+        "</diffuse></phong></technique></profile_COMMON></effect></library_effects>"
+        '<library_materials><material id="g"><instance_effect url="#g"/></material></library_materials>'
+    )
+    nodes = (
+        '<node id="s"><node id="g"><translate>1 2 3</translate><instance_geometry url="#g"/></node></node>'
+    )
+    primitives = TRIANGLES.replace('material="m"', 'material="g"')
+    mesh = load(tmp_path, document(primitives, nodes=nodes, libraries=materials))
+    np.testing.assert_allclose(corners(mesh), [[[1, 2, 3], [2, 2, 3], [1, 3, 3]]])
+    assert mesh.colors.tolist() == [[255, 0, 0, 255]]
+
+
 def test_recursive_nodes_raise(tmp_path):
     nodes = '<node id="n"><instance_node url="#n"/><instance_node url="#n"/></node>'
     with pytest.raises(Exception, match="nodes nested deeper than"):

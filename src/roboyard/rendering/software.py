@@ -34,6 +34,7 @@ MOST_LAYERS = 6
 """Most transparent surfaces blended in a pixel; deeper ones are nearly hidden."""
 
 
+_MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
 _EPSILON = float(np.finfo(np.float32).eps)
 
 
@@ -251,6 +252,18 @@ def draw(
         samples: colour samples of a pixel, 1 or 4.
         colors: (shapes, 3) RGB in place of those of the shapes.
     """
+    if np.linalg.det(camera.projection[:2, :2]) < 0.0:  # the loops know outsides by the direction of corners
+        mirrored = Camera(camera.width, camera.height, camera.view, _MIRROR @ camera.projection)
+        image = draw(
+            scene, positions, rotations, mirrored, shadow=shadow, light=light, lines=lines, backdrop=backdrop,
+            fade=fade, samples=samples, colors=colors,
+        )  # fmt: skip
+        return Image(
+            rgba=np.ascontiguousarray(image.rgba[:, ::-1]),
+            depth=np.ascontiguousarray(image.depth[:, ::-1]),
+            segmentation=np.ascontiguousarray(image.segmentation[:, ::-1]),
+            camera=camera,
+        )
     announce(raster.draw_meshes, shade.shade)
     arrays = scene_arrays(scene)
     if colors is not None:

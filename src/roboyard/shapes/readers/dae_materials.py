@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard.shapes.readers.dae_ids import ElementIds
 from roboyard.shapes.readers.external_files import load_image
 from roboyard.shapes.readers.read_mtl import SurfaceMaterial
 
@@ -18,7 +18,7 @@ _SHADERS = ("phong", "lambert", "blinn", "constant")
 class Surfaces:
     """The materials of one document, each read once."""
 
-    def __init__(self, root: ET.Element, ids: Mapping[str | None, ET.Element], file: Path) -> None:
+    def __init__(self, root: ET.Element, ids: ElementIds, file: Path) -> None:
         self.root, self.ids, self.file = root, ids, file
         self._materials: dict[int, SurfaceMaterial] = {}
         self._images: dict[str, NDArray[np.uint8] | None] = {}
@@ -33,7 +33,7 @@ class Surfaces:
 
     def _read(self, material: ET.Element) -> SurfaceMaterial:
         instance = material.find("instance_effect")
-        effect = None if instance is None else self._find(instance.get("url"))
+        effect = None if instance is None else self.ids.find(instance.get("url"), "effect")
         if effect is None:
             return SurfaceMaterial()
         shader = next(
@@ -54,9 +54,6 @@ class Surfaces:
             diffuse = emission
         return SurfaceMaterial(color=diffuse)
 
-    def _find(self, reference: str | None) -> ET.Element | None:
-        return self.ids.get((reference or "").removeprefix("#"))
-
     def _image_file(self, effect: ET.Element, name: str | None) -> str | None:
         """Return the file name of a texture's image, referenced through sampler and surface or directly."""
         parameters = {param.get("sid"): param for param in effect.iter("newparam")}
@@ -72,8 +69,8 @@ class Surfaces:
                 name = None if source is None else (source.get("url") or "").removeprefix("#")
             else:
                 name = (source.text or "").strip()
-        image = self.ids.get(name)
-        if image is None or image.tag != "image":
+        image = self.ids.find(name, "image")
+        if image is None:
             return None
         origin = image.find("init_from")
         if origin is None:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import warnings
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
 
 import numpy as np
 
 from roboyard._arrays import NDArray
 from roboyard._records import dataclass
+from roboyard.shapes.readers.dae_ids import ElementIds
 from roboyard.shapes.readers.parts import Floats, Indices, check_triangles
 from roboyard.shapes.readers.plain_numbers import is_worth_it, read_plain_numbers
 
 _KINDS = ("triangles", "polylist", "polygons", "tristrips", "trifans")
+_SOURCES = ("vertices", "source")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -31,7 +32,7 @@ class Primitive:
     material: str | None
 
 
-def read_geometry(geometry: ET.Element, ids: Mapping[str | None, ET.Element]) -> list[Primitive]:
+def read_geometry(geometry: ET.Element, ids: ElementIds) -> list[Primitive]:
     """Return the primitives of one geometry that have triangles; lines and splines are skipped."""
     mesh = geometry.find("mesh")
     if mesh is None:
@@ -41,9 +42,7 @@ def read_geometry(geometry: ET.Element, ids: Mapping[str | None, ET.Element]) ->
     return [primitive for primitive in found if primitive is not None]
 
 
-def _read_primitive(
-    element: ET.Element, ids: Mapping[str | None, ET.Element], sources: dict[int, Floats]
-) -> Primitive | None:
+def _read_primitive(element: ET.Element, ids: ElementIds, sources: dict[int, Floats]) -> Primitive | None:
     inputs, stride = _inputs(element, ids)
     corners = _corners(element, stride)
     if not len(corners):
@@ -72,9 +71,7 @@ def _read_primitive(
     )
 
 
-def _inputs(
-    element: ET.Element, ids: Mapping[str | None, ET.Element]
-) -> tuple[dict[str, tuple[ET.Element, int]], int]:
+def _inputs(element: ET.Element, ids: ElementIds) -> tuple[dict[str, tuple[ET.Element, int]], int]:
     """Return semantic to source and offset in the index list, and the number of indices per corner."""
     found: dict[str, tuple[ET.Element, int]] = {}
     stride = 1
@@ -83,13 +80,13 @@ def _inputs(
         if not 0 <= offset < 64:
             raise ValueError(f"<{element.tag}> has an input at offset {offset}")
         stride = max(stride, offset + 1)
-        source = ids.get((entry.get("source") or "").removeprefix("#"))
+        source = ids.find(entry.get("source"), *_SOURCES)
         semantic = entry.get("semantic", "")
         if source is None:
             continue
         if semantic == "VERTEX":
             for nested in source.findall("input"):
-                other = ids.get((nested.get("source") or "").removeprefix("#"))
+                other = ids.find(nested.get("source"), *_SOURCES)
                 if other is not None:
                     found.setdefault(nested.get("semantic", ""), (other, offset))
         else:
@@ -138,10 +135,10 @@ def _strip(numbers: Indices) -> Indices:
     return numbers[index]
 
 
-def _floats(source: ET.Element, ids: Mapping[str | None, ET.Element]) -> Floats:
+def _floats(source: ET.Element, ids: ElementIds) -> Floats:
     """Return the (n, stride) table of a `<source>`."""
     accessor = source.find("technique_common/accessor")
-    array = None if accessor is None else ids.get((accessor.get("source") or "").removeprefix("#"))
+    array = None if accessor is None else ids.find(accessor.get("source"), "float_array", "int_array")
     if array is None:
         array = source.find("float_array")
     if array is None:

@@ -15,6 +15,7 @@ from xml.parsers import expat
 import numpy as np
 
 from roboyard._arrays import NDArray
+from roboyard.shapes.readers.dae_ids import ElementIds
 from roboyard.shapes.readers.dae_materials import Surfaces
 from roboyard.shapes.readers.dae_primitives import Primitive, read_geometry
 from roboyard.shapes.readers.parts import Floats, Part, check_triangles, part_from_corners
@@ -28,27 +29,28 @@ _END = b"</COLLADA>"
 def read_dae(data: bytes, file: Path) -> list[Part]:
     """Return one part for each group of triangles of one material (m)."""
     root = parse(data)
-    ids = {element.get("id"): element for element in root.iter() if element.get("id")}
+    ids = ElementIds(root)
     scale = _unit(root)
     surfaces = Surfaces(root, ids, file)
     geometries: dict[int, list[Primitive]] = {}
     parts: list[Part] = []
     total = 0
     for instance, transform in _instances(root, ids):
-        geometry = target(instance, "url", ids)
-        if geometry is None or geometry.tag != "geometry":
+        geometry = ids.find(instance.get("url"), "geometry")
+        if geometry is None:
             continue
         if id(geometry) not in geometries:
             geometries[id(geometry)] = read_geometry(geometry, ids)
         total += sum(len(primitive.corners) for primitive in geometries[id(geometry)])
         check_triangles(total)
         bound = {
-            bind.get("symbol"): target(bind, "target", ids) for bind in instance.iter("instance_material")
+            bind.get("symbol"): ids.find(bind.get("target"), "material")
+            for bind in instance.iter("instance_material")
         }
         for primitive in geometries[id(geometry)]:
             material = bound.get(primitive.material)
             if material is None:
-                material = ids.get(primitive.material)
+                material = ids.find(primitive.material, "material")
             parts.append(_part(primitive, transform, scale, surfaces.material(material)))
     return parts
 
@@ -92,11 +94,6 @@ def _tree(data: bytes) -> ET.Element:
         return ET.fromstring(document + end)  # noqa: S314 - as above
 
 
-def target(element: ET.Element, key: str, ids: dict[str | None, ET.Element]) -> ET.Element | None:
-    """Return the element of a local reference such as url="#name"."""
-    return ids.get((element.get(key) or "").removeprefix("#"))
-
-
 def _unit(root: ET.Element) -> float:
     unit = root.find("asset/unit")
     try:
@@ -106,12 +103,10 @@ def _unit(root: ET.Element) -> float:
     return meter if np.isfinite(meter) and meter > 0 else 1.0
 
 
-def _instances(
-    root: ET.Element, ids: dict[str | None, ET.Element]
-) -> Iterator[tuple[ET.Element, NDArray[np.float64]]]:
+def _instances(root: ET.Element, ids: ElementIds) -> Iterator[tuple[ET.Element, NDArray[np.float64]]]:
     """Yield each `<instance_geometry>` of the visual scene with its (4, 4) transform."""
     shown = root.find("scene/instance_visual_scene")
-    scene = target(shown, "url", ids) if shown is not None else None
+    scene = ids.find(shown.get("url"), "visual_scene") if shown is not None else None
     if scene is None:
         scene = root.find("library_visual_scenes/visual_scene")
     if scene is None:
@@ -131,8 +126,8 @@ def _instances(
             if child.tag == "node":
                 below.append((child, transform, depth + 1))
             elif child.tag == "instance_node":
-                other = target(child, "url", ids)
-                if other is not None and other.tag == "node":
+                other = ids.find(child.get("url"), "node")
+                if other is not None:
                     below.append((other, transform, depth + 1))
             elif child.tag == "instance_geometry":
                 yield child, transform
@@ -143,9 +138,9 @@ def _instances(
         stack.extend(reversed(below))
 
 
-def _skinned(instance: ET.Element, ids: dict[str | None, ET.Element]) -> ET.Element | None:
+def _skinned(instance: ET.Element, ids: ElementIds) -> ET.Element | None:
     """Return an instance of the geometry of a skin, in its bind pose."""
-    controller = target(instance, "url", ids)
+    controller = ids.find(instance.get("url"), "controller")
     skin = None if controller is None else controller.find("skin")
     if skin is None:
         return None

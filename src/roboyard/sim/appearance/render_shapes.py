@@ -7,8 +7,11 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from roboyard._lazy import lazy_module
+import numpy as np
+
+from roboyard._lazy import LazyLogger, lazy_module
 from roboyard.description.model import RGBA, Geometry, Mesh
+from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
@@ -19,6 +22,8 @@ if TYPE_CHECKING:
 
 _of_models = lazy_module("roboyard.sim.appearance.mjcf_shapes")
 _of_descriptions = lazy_module("roboyard.sim.appearance.shape_appearance")
+_NO_TRIANGLES = TriangleMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int32))
+_log = LazyLogger("roboyard")
 _PLAIN = (bool, int, float, str, tuple)
 
 
@@ -177,7 +182,13 @@ def _gather(body: Body) -> dict[int, list[ShapeAppearance]]:
         shapes = link.collisions if draw_collisions else link.visuals
         for shape in shapes:
             material = None if draw_collisions else getattr(shape, "material", None)
-            render = one.render_shape(shape.geometry, shape.origin, material, body.scale, (body.id, index))
+            geometry, origin, owner = shape.geometry, shape.origin, (body.id, index)
+            try:
+                render = one.render_shape(geometry, origin, material, body.scale, owner)
+            except MeshError as problem:
+                _log.warning("%s: %s; shown as nothing", body.name, problem)
+                geometry = replace(geometry, data=_NO_TRIANGLES)
+                render = one.render_shape(geometry, origin, material, body.scale, owner)
             if render is not None:
-                found.setdefault(index, []).append(one.ShapeAppearance(geometry=shape.geometry, shape=render))
+                found.setdefault(index, []).append(one.ShapeAppearance(geometry=geometry, shape=render))
     return found
