@@ -419,13 +419,14 @@ class LastStep:
             return True
         if world.is_stale or self._contacts is not None or self._seen is not None:
             return False
-        count, in_place = world.live_data.ncon, world.stepping.forces.contacts_in_place()
+        count = world.live_data.ncon
         if not count:
             return False
+        in_place = world.stepping.forces.contacts_in_place()
         pairs = (world.live_data.contact if in_place is None else in_place[0]).geom[:count]
         own = [geom for link in record.body.geom_rows for geom in link]
         found = pairs == own[0] if len(own) == 1 else np.isin(pairs, own)
-        return bool(found.any())
+        return bool(np.count_nonzero(found))
 
     def _present(self) -> list[Contact]:
         return list(touching(self._scene))

@@ -230,7 +230,7 @@ class BodyRecord:
         """Poses of the inertial and the link frame of a fixed base, once they were asked for."""
         self.fixed_axes: tuple[Any, Array] | None = None
         """Quaternion of the inertial frame of a fixed base and its (3, 3) rotation, once it was asked for."""
-        self.shown = np.full(1, -1.0)
+        self.shown = np.array([-1.0])
         """`SceneBodies.step_count` when its links were last shown where they are."""
         self.revision = -1
         self._data: Any = None
