@@ -94,6 +94,8 @@ names = dir(np)
 with warnings.catch_warnings(record=True) as said:
     warnings.simplefilter("always")
     print(np.old, hasattr(np, "bool"), hasattr(np, "nothing"))
+    for _ in range(2):
+        print(np.old)
     print([(str(w.message), w.category, w.filename, w.lineno) for w in said])
 from numpy import random
 import numpy.fft

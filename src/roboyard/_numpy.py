@@ -80,15 +80,21 @@ def _give_on_first_use(numpy: Any, absent: list[str]) -> None:
     """Have NumPy import packages when they are asked for as its attributes."""
     other_names, other_value = numpy.__dir__, numpy.__getattr__
     packages = {*absent, "testing"}  # which NumPy 1 imports so itself
+    known: dict[str, tuple[Any, list[warnings.WarningMessage]]] = {}
 
     def __getattr__(name: str) -> Any:
         if name in packages:
             return import_module(f"numpy.{name}")
         said: list[warnings.WarningMessage] = []
         try:
+            if name in known:  # programs ask for deprecated names in loops
+                value, said = known[name]
+                return value
             with warnings.catch_warnings(record=True) as said:
                 warnings.simplefilter("always")
-                return other_value(name)
+                value = other_value(name)
+            known[name] = value, said
+            return value
         finally:
             for warning in said:  # of this line; they are to name the one that asks
                 warnings.warn(warning.message, warning.category, stacklevel=2)

@@ -259,3 +259,34 @@ def test_links_of_rigid_bodies_move_but_are_not_seen(client: int) -> None:
         p.stepSimulation()
     assert p.getBaseVelocity(body)[0][2] == pytest.approx(-1.0, abs=1e-6), "without damping"
     assert p.rayTest([1, 0, 5], [1, 0, -5])[0][0] == body
+
+
+@pytest.mark.parametrize("parts", [1, 4])
+def test_spare_bodies_are_deleted_between_steps_in_parts(client: int, tmp_path: Path, parts: int) -> None:
+    """MuJoCo's arrays of velocities become shorter then."""
+    file = tmp_path / "pendulum.urdf"
+    inertial = '<inertial><mass value="1"/><origin xyz="0 0 -0.5"/>'
+    inertial += '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
+    joint = '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/>'
+    joint += '<dynamics damping="0.3"/></joint>'
+    file.write_text(f'<robot name="p"><link name="a"/><link name="b">{inertial}</link>{joint}</robot>')
+    p.setGravity(0, 0, -9.8)
+    p.setPhysicsEngineParameter(numSubSteps=parts)
+    ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.01)
+
+    def swing(others: int) -> tuple[float, ...]:
+        pendulum = p.loadURDF(str(file), useFixedBase=True)
+        p.setJointMotorControl2(pendulum, 0, p.VELOCITY_CONTROL, force=0)
+        p.resetJointState(pendulum, 0, 1.0)
+        for k in range(others):
+            body = p.createMultiBody(0.001, ball, -1, [3 + 0.03 * k, 0, 0])
+            p.getClosestPoints(pendulum, body, 0.01)
+        for _ in range(230):
+            p.stepSimulation()
+        return p.getJointState(pendulum, 0)[:2]
+
+    crowded = swing(30)
+    p.resetSimulation()
+    p.setGravity(0, 0, -9.8)
+    p.setPhysicsEngineParameter(numSubSteps=parts)
+    assert swing(0) == pytest.approx(crowded, abs=1e-9)

@@ -300,3 +300,38 @@ def test_links_taken_for_static_collide_with_a_body_of_a_former_id(client: int, 
     p.setGravity(0, 0, 0)
     p.stepSimulation()
     assert len(p.getContactPoints(ball)) == 1
+
+
+def test_meshes_of_vertices_and_triangles_are_concave(client: int) -> None:
+    """A ball in a groove, and a box that falls onto a wedge: numbers of PyBullet 3.2.7."""
+    p.setGravity(0, 0, -9.8)
+    corners = [[-1, -1, 1], [-1, 1, 1], [0, -1, 0], [0, 1, 0], [1, -1, 1], [1, 1, 1]]
+    triangles = [0, 2, 1, 1, 2, 3, 2, 4, 3, 3, 4, 5, 0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4]
+    for indices, height in ((triangles, 0.141), (None, 1.101)):
+        p.resetSimulation()
+        p.setGravity(0, 0, -9.8)
+        p.createMultiBody(0, p.createCollisionShape(p.GEOM_MESH, vertices=corners, indices=indices))
+        ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+        body = p.createMultiBody(1, ball, -1, [0.3, 0, 1.5])
+        for _ in range(480):
+            p.stepSimulation()
+        assert p.getBasePositionAndOrientation(body)[0][2] == pytest.approx(height, abs=1e-3)
+    p.resetSimulation()
+    p.setGravity(0, 0, -9.8)
+    wedge = [
+        [0.5, 0.5, 0],
+        [0.5, -0.5, 0],
+        [-0.5, 0.5, 0],
+        [-0.5, -0.5, 0],
+        [-0.5, 0.5, 0.5],
+        [-0.5, -0.5, 0.5],
+    ]
+    sides = [0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4, 0, 4, 1, 1, 4, 5, 0, 2, 4, 1, 5, 3]
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_MESH, vertices=wedge, indices=sides))
+    turn = [0.000845212, 0.00375727, 0.001790345, 0.99999099]
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05] * 3)
+    body = p.createMultiBody(1, box, -1, [8.98e-05, -1.527e-04, 2.0], turn)
+    for _ in range(400):
+        p.stepSimulation()
+    place = [2.4433, -0.3072, -3.6546]
+    assert p.getBasePositionAndOrientation(body)[0] == pytest.approx(place, abs=1e-3)

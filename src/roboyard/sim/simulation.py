@@ -64,9 +64,25 @@ class Simulation(SimulatedBodies):
             return
         if not n >= 0:
             raise RoboyardError(f"the number of steps must be at least 0, got {n}")
-        if pool.is_used and pool.inactive:
-            pool.tick(n)
-        if self.is_stale:
+        self.make_ready(n)
+        self.step_ready(n)
+
+    def make_ready(self, n: int) -> None:
+        """Do what replaces MuJoCo's arrays before n time steps.
+
+        That is to compile what changed, and to delete bodies that were removed long ago.
+        """
+        if self.pool.is_used and self.pool.inactive:
+            self.pool.tick(n)
+        self.ensure_compiled()
+
+    def step_ready(self, n: int = 1) -> None:
+        """Advance by n of the time steps that `make_ready` was called for; MuJoCo's arrays stay.
+
+        Raises:
+            ModelError: as `step` does.
+        """
+        if self.is_stale:  # the caller has changed something since
             self.ensure_compiled()
         if self.before_step:
             for _ in range(n):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -255,3 +256,34 @@ def test_an_arm_with_changing_bounds_moves_as_in_pybullet(arm: Path) -> None:
 
 RECORDED = [0.7412236296925281, -3.1630806046697435, -5.109218178532287, 9.104331525972611]
 """Positions and velocities in PyBullet 3.2.7."""
+
+
+def test_old_names_of_arguments_need_no_python_function(arm: Path) -> None:
+    p.connect(p.DIRECT)
+    robot = p.loadURDF(str(arm), useFixedBase=True)
+
+    def command(**names: Any) -> list[str]:
+        called: list[str] = []
+        sys.setprofile(
+            lambda frame, event, _: called.append(frame.f_code.co_name) if event == "call" else None
+        )
+        try:
+            p.setJointMotorControl2(
+                jointIndex=0, controlMode=p.POSITION_CONTROL, targetPosition=0.2, force=5, **names
+            )
+            p.setJointMotorControlArray(jointIndices=[0], controlMode=p.TORQUE_CONTROL, forces=[0.5], **names)
+        finally:
+            sys.setprofile(None)
+        return called
+
+    for _ in range(3):
+        command(bodyUniqueId=robot)
+    expected = command(bodyUniqueId=robot)
+    assert command(bodyIndex=robot) == expected == []
+    before = motors(0, robot)
+    command(bodyIndex=robot)
+    assert motors(0, robot) == before
+    with pytest.raises(p.error):
+        p.setJointMotorControl2(bodyIndex=7, jointIndex=0, controlMode=p.POSITION_CONTROL)
+    with pytest.raises(TypeError):
+        p.setJointMotorControl2(jointIndex=0, controlMode=p.POSITION_CONTROL, body=robot)

@@ -214,7 +214,7 @@ def public(
     source = "\n    ".join((f"def public(_call):\n  def {name}({', '.join(shown)}):", *lines))
     exec(code_of(f"{source}\n  return {name}", f"<{_MODULE}.{name}>"), values)  # noqa: S102 - our own source
     made: Any = values["public"](
-        call_of(command, tuple(passed), getattr(command, "__defaults__", None) or ())
+        call_of(command, tuple(passed), getattr(command, "__defaults__", None) or (), aliases)
     )
     made.__doc__ = command.__doc__
     made.__module__, made.__qualname__ = module, name

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from ctypes import POINTER, c_int64, c_void_p, cast, sizeof
 from functools import partial
 from itertools import count
+from types import MappingProxyType
 from typing import Any
 
 from roboyard._records import NamedTuple
@@ -76,6 +77,8 @@ class Call(NamedTuple):
     """The one of `MARKS` that failures depend on."""
     keep_failure: Any = None
     notes: str = sys.intern("__notes__")
+    old_names: tuple[str, ...] = ()
+    """Old spellings of parameters, each before its current name."""
 
 
 def open_to_machine_code(number: int, client: Any) -> None:
@@ -93,8 +96,20 @@ def close_to_machine_code(number: int) -> None:
     forget()
 
 
-def call_of(command: Callable[..., Any], names: tuple[str, ...], defaults: tuple[Any, ...]) -> Call:
-    """Return what the machine code needs to call a command."""
+def call_of(
+    command: Callable[..., Any],
+    names: tuple[str, ...],
+    defaults: tuple[Any, ...],
+    aliases: Mapping[str, str] = MappingProxyType({}),
+) -> Call:
+    """Return what the machine code needs to call a command.
+
+    Args:
+        command: of the client and the parameters.
+        names: of the parameters.
+        defaults: of the last of them.
+        aliases: old spelling of a parameter to its current name.
+    """
     import numpy as np  # loaded by now, in parts (`load_numpy`)
 
     name = command.__name__
@@ -115,6 +130,7 @@ def call_of(command: Callable[..., Any], names: tuple[str, ...], defaults: tuple
         failed=[None, kept_answers()] if fails else DIRECT,
         failure_marks=MARKS[KEPT_FAILURES[name]] if fails else DIRECT,
         keep_failure=keep_failure,
+        old_names=tuple(sys.intern(name) for pair in aliases.items() for name in pair),
     )
 
 

@@ -24,7 +24,7 @@ from roboyard.native.signatures import EntrySignature
 SOURCE = f"""
 KIND, SIZE, ITEMS, CONTENT = 1, 2, 3, 2  # of any object, tuples and cells, in words
 CLIENTS, COMMAND, FAILURE, CLIENT, ZERO, NAMES, DEFAULTS, KNOWN, MARKS, CHANGED = range(3, 13)
-ERROR, LONG, SHORT, FAILED, OF_FAILURES, KEEP_FAILURE, NOTES = range(14, 21)  # after the function of Python
+ERROR, LONG, SHORT, FAILED, OF_FAILURES, KEEP_FAILURE, NOTES, OLD = range(14, 22)  # after the Python function
 MARK, LAST = range(2)  # of a list of marks
 FAILURES = 1  # of a list of a mark and failures
 
@@ -33,6 +33,13 @@ def place_of(value, values):
     for place in range(word(values, SIZE)):
         if word(values, ITEMS + place) == value:
             return place
+    return -1
+
+@part
+def place_of_old(name, names, pairs):
+    for place in range(0, word(pairs, SIZE), 2):
+        if word(pairs, ITEMS + place) == name:
+            return place_of(word(pairs, ITEMS + place + 1), names)
     return -1
 {parts(FOUND, CALLED)}
 @part
@@ -179,7 +186,9 @@ def entry(callee, given, all_given, keywords):
                 number = value
             else:
                 at = place_of(name, names)
-                fits = fits and at >= count
+                if at < 0:
+                    at = place_of_old(name, names, word(call, OLD))
+                fits = fits and at >= count and passed[at + 1] == 0
                 if fits:
                     passed[at + 1] = value
                     total = max(total, at + 1)

@@ -247,6 +247,7 @@ class PhysicsScene(SceneBodies):
     def _step_in_parts(self, parts: int) -> None:
         """Advance by one time step, with what scripts have acting in each of its parts."""
         world = self.world
+        world.make_ready(parts)
         applied = self._applied_forces() if parts > 1 else None
         speeds = self._damped_speeds() if parts > 1 else None
         for part in range(parts):
@@ -262,11 +263,10 @@ class PhysicsScene(SceneBodies):
             if self.records_user_torques:
                 world.ensure_compiled()
                 self.user_torques = world.live_data.qfrc_applied.copy()
-            world.step()
+            world.step_ready()
 
     def _damped_speeds(self) -> Any:
         """Return the (nv,) velocities that joint damping is of in the whole step; None without any."""
-        self.world.ensure_compiled()
         return self.world.live_data.qvel.copy() if self.world.live_model.dof_damping.any() else None
 
     def _applied_forces(self) -> tuple[Any, Any] | None:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from roboyard.sim.body import Body
     from roboyard.sim.pool.lone_bodies import LoneBody
 
-HELD_INERTIA = 1e9
+HELD_INERTIA = 1e18
 """Inertia (kg m² or kg) of the motor of a joint that nothing moves."""
 
 FEW_POSES, POSES_OF_A_BODY = 500, 16

@@ -93,7 +93,8 @@ def createCollisionShape(
         collisionFramePosition: position of the shape in its link (m).
         collisionFrameOrientation: orientation of the shape in its link (x, y, z, w).
         vertices: (k, 3) vertices of a mesh (m).
-        indices: (3 n,) triangle corners in `vertices`; without them, the convex hull is used.
+        indices: (3 n,) triangle corners in `vertices`, which the shape is made of, as with
+            GEOM_FORCE_CONCAVE_TRIMESH; without them, the convex hull is used.
         heightfieldTextureScaling: ignored.
         heightfieldData: heights; that at (i, j) is item i + j · numHeightfieldRows, i along x.
         numHeightfieldRows: number of points along x.
@@ -122,9 +123,14 @@ def createCollisionShape(
     shape = Collision(
         geometry=geometry,
         origin=origin,
-        concave=bool(whole(flags) & c.GEOM_FORCE_CONCAVE_TRIMESH),
+        concave=bool(whole(flags) & c.GEOM_FORCE_CONCAVE_TRIMESH) or _is_of_triangles(vertices, indices),
     )
     return keep(client, (shape,), middle, rise)
+
+
+def _is_of_triangles(vertices: Sequence[Vector] | None, indices: Sequence[int] | None) -> bool:
+    """Return whether a mesh is given as triangles: Bullet does not make it convex then."""
+    return vertices is not None and len(vertices) > 0 and indices is not None and len(indices) > 0
 
 
 @command()
