@@ -1,133 +1,104 @@
-"""Contacts of shapes with round edges, and of points that slide; the numbers are PyBullet 3.2.7's."""
+"""getClosestPoints of boxes and cylinders, whose edges are round in Bullet: numbers of PyBullet 3.2.7."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import roboyard.pybullet as p
+from roboyard.pybullet.api import contact_points
+from roboyard.pybullet.connections import CLIENTS
 
-HULL = [
-    [0.1, 0, 0],
-    [-0.08, 0.1, 0],
-    [-0.05, -0.09, 0.02],
-    [0, 0, 0.12],
-    [0.02, 0.03, -0.1],
-    [-0.04, 0.01, -0.08],
-]
-SLAB = [[x, y, z] for x in (-2, 2) for y in (-2, 2) for z in (-0.5, 0)]
-LYING = (0, 1.5708, 0)
-GROUNDS = {
-    "box": ({"shapeType": p.GEOM_BOX, "halfExtents": [0.2, 0.15, 0.1]}, -0.1, (0, 0, 0)),
-    "plane": ({"shapeType": p.GEOM_PLANE}, 0.0, (0, 0, 0)),
-    "hull": ({"shapeType": p.GEOM_MESH, "vertices": SLAB}, 0.0, (0, 0, 0)),
-    "capsule": ({"shapeType": p.GEOM_CAPSULE, "radius": 0.3, "height": 3}, -0.3, LYING),
-    "cylinder": ({"shapeType": p.GEOM_CYLINDER, "radius": 1, "height": 0.5}, -0.25, (0, 0, 0)),
-}
-"""Shape, height and Euler angles of what is thrown on."""
-SHAPES = {
-    "sphere": {"shapeType": p.GEOM_SPHERE, "radius": 0.1},
-    "capsule": {"shapeType": p.GEOM_CAPSULE, "radius": 0.08, "height": 0.3},
-    "cylinder": {"shapeType": p.GEOM_CYLINDER, "radius": 0.1, "height": 0.2},
+HULL = [[0.1, 0, 0], [-0.1, 0.02, 0], [0, 0.1, 0.03], [0, -0.05, 0.1], [0.02, 0.02, -0.1]]
+SHAPES: dict[str, dict[str, Any]] = {
+    "box": {"shapeType": p.GEOM_BOX, "halfExtents": [0.05, 0.08, 0.1]},
+    "bar": {"shapeType": p.GEOM_BOX, "halfExtents": [0.1, 0.03, 0.06]},
+    "cylinder": {"shapeType": p.GEOM_CYLINDER, "radius": 0.06, "height": 0.2},
+    "sphere": {"shapeType": p.GEOM_SPHERE, "radius": 0.05},
+    "capsule": {"shapeType": p.GEOM_CAPSULE, "radius": 0.04, "height": 0.1},
     "hull": {"shapeType": p.GEOM_MESH, "vertices": HULL},
-    "box": {"shapeType": p.GEOM_BOX, "halfExtents": [0.1, 0.08, 0.06]},
 }
-THROWN = {
-    ("box", "sphere"): (0.4303451, 0.1200625, -0.2006895, 0.900506, 0.207446, -2.382442),
-    ("box", "capsule"): (0.4307315, 0.0941238, -0.2280705, 0.888523, 0.103584, -2.405349),
-    ("box", "cylinder"): (0.4420047, 0.0892967, -0.2064884, 0.939504, 0.098236, -2.407044),
-    ("box", "hull"): (0.4687066, 0.1459266, -0.3356430, 1.020701, 0.301015, -2.717708),
-    ("plane", "capsule"): (0.3517846, 0.1690841, 0.0790753, 0.438162, 0.514100, 0.005645),
-    ("plane", "cylinder"): (0.3774883, 0.1732036, 0.0990454, 0.594676, 0.506710, 0.005341),
-    ("hull", "hull"): (0.3361480, 0.0859044, 0.0526661, 0.230208, -0.042912, -0.027747),
-    ("hull", "box"): (0.3546662, 0.0740049, 0.0789686, 0.286043, 0.024761, 0.020102),
-    ("capsule", "capsule"): (0.3550472, 0.2363722, -0.0023630, 0.541647, 0.898423, -0.696898),
-    ("capsule", "hull"): (0.3772774, 0.2146545, 0.0132194, 0.602505, 0.684050, -0.628208),
-    ("cylinder", "cylinder"): (0.3778206, 0.1730490, 0.0989109, 0.588272, 0.519121, -0.007588),
-    ("cylinder", "box"): (0.3608130, 0.0701382, 0.0777318, 0.305250, 0.013590, 0.018082),
-}
-"""Place (m) and velocity (m/s) after 100 steps, with impacts at edges, some of them deep."""
+PAIRS = """
+box bar -0.014 -0.224 0.109 -1.18 -1.15 0.67 -2.29 0.077983 -0.02113 -0.08 0.09905
+box bar -0.053 -0.138 0.027 0.2 1.36 -0.5 0.4 -0.002554 -0.04908 -0.08 0.05995
+box bar -0.017 0.088 0.002 -1.26 -0.35 0.7 0.06 -0.060778 -0.04918 0.07998 0.07921
+box cylinder -0.043 0.246 0.003 -0.59 0.16 -0.52 -0.39 0.050687 -0.02842 0.08 0.00446
+box cylinder -0.032 0.126 -0.074 0.18 0.67 2.02 -0.22 -0.038824 -0.03656 0.07979 -0.09961
+box cylinder -0.085 0.023 -0.018 -0.37 0.67 2.28 -0.95 -0.062731 -0.05 -0.00158 -0.07563
+box sphere -0.053 0.159 0.186 -0.39 0.46 0.22 0.29 0.067258 -0.04903 0.07968 0.09974
+box sphere -0.101 -0.045 0.102 0.03 -0.45 0.73 0.48 0.001086 -0.05 -0.045 0.09906
+box sphere -0 -0.067 0.06 -0.1 -0.33 0.21 -0.03 -0.063000 -0 -0.08 0.06
+box capsule 0.002 0.105 0.227 0.2 -0.88 0.98 0.31 0.089292 0.00125 0.07913 0.09999
+box capsule -0.04 0.06 -0.132 0.55 1.59 2.16 -1.02 -0.016382 -0.04297 0.07934 -0.09994
+box capsule -0.056 0.069 0.016 -0.27 1.29 1.04 0.58 -0.037296 -0.04995 0.0793 0.01482
+bar hull -0.126 0.198 -0.086 0.77 0.49 -1.72 -1.43 0.074882 -0.09941 0.02988 -0.05925
+bar hull 0.012 -0.056 -0.139 -0.24 -0.25 0.57 0.5 0.002734 -0.02315 -0.02973 -0.05969
+bar hull -0.032 0.021 -0.081 0.17 0.27 1.23 -0.1 -0.046587 -0.01239 0.02902 -0.06
+cylinder hull 0.137 0.205 0.043 -1.04 -1.01 0.29 2.09 0.121734 0.0241 0.05495 -0.02727
+cylinder hull -0.092 -0.099 0.064 0.28 -0.45 -0.28 -2.43 0.003265 -0.03731 -0.04699 0.04371
+cylinder hull 0.043 0.079 -0 0.66 1.14 1.56 -0.31 -0.059867 0.0564 0.02048 0.01862
+cylinder sphere -0.216 0.029 -0.122 1.09 -0.17 -1.61 0.12 0.109594 -0.05946 0.00798 -0.09914
+cylinder sphere -0.054 -0.14 0.001 0.32 -2.14 2.08 1.36 0.040053 -0.02159 -0.05598 0.001
+cylinder sphere -0.057 0.068 0.012 0.68 0.42 0.4 -1.97 -0.021270 -0.03856 0.04597 0.012
+"""
+"""Both shapes, position and orientation (not of length 1) of the second one, distance, point on the first."""
 
 
-def _shape(arguments: dict) -> int:
-    return p.createCollisionShape(**arguments)
+def _read(row: str) -> tuple[Any, ...]:
+    first, second, *numbers = row.split()
+    position, orientation, (distance,), point = np.split(np.array(numbers, float), [3, 7, 8])
+    return first, second, position, orientation, float(distance), point
 
 
-@pytest.mark.parametrize(("ground", "shape"), THROWN)
-def test_what_is_thrown_moves_as_there(client: int, ground: str, shape: str) -> None:
-    p.setGravity(0, 0, -9.81)
-    arguments, height, turn = GROUNDS[ground]
-    p.createMultiBody(0, _shape(arguments), -1, [0, 0, height], p.getQuaternionFromEuler(turn))
-    body = p.createMultiBody(
-        1, _shape(SHAPES[shape]), -1, [0.01, 0.02, 0.2], p.getQuaternionFromEuler([1.3, 0.2, 0.4])
+@pytest.mark.parametrize("row", PAIRS.strip().splitlines())
+def test_closest_points_are_those_of_pybullet(client: int, row: str) -> None:
+    *names, position, orientation, distance, point = _read(row)
+    bodies = [p.createMultiBody(1, p.createCollisionShape(**SHAPES[name])) for name in names]
+    turn = np.array(orientation) / np.linalg.norm(orientation)
+    p.resetBasePositionAndOrientation(bodies[1], position, turn)
+    scene: Any = CLIENTS[client].scene
+    (found,) = p.getClosestPoints(*bodies, 0.5)
+    assert found[8] == pytest.approx(distance, abs=2e-6)
+    assert found[5] == pytest.approx(point, abs=3e-4)
+    assert np.subtract(found[5], found[6]) @ found[7] == pytest.approx(distance, abs=2e-6)
+    sides = (contact_points._geoms_of(scene, body, contact_points.ANY_LINK).places for body in bodies)
+    sizes = scene.world.live_model.geom_size.copy()
+    (plain,) = contact_points._closest_points(scene, scene.world, *sides, 0.5)
+    assert plain[:5] == found[:5]
+    for one, two in zip(plain[5:9], found[5:9], strict=True):
+        assert one == pytest.approx(two, abs=1e-9)
+    np.testing.assert_array_equal(scene.world.live_model.geom_size, sizes)
+
+
+@pytest.mark.parametrize("gap", [0.003, -0.002])
+@pytest.mark.parametrize(("turn", "nearer"), [(0.0, 0.0), (np.pi / 4, (np.sqrt(2.0) - 1.0) * 0.001)])
+def test_an_edge_towards_a_ball_is_round(client: int, turn: float, nearer: float, gap: float) -> None:
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05] * 3)
+    ball = p.createMultiBody(0, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1))
+    reach = 0.05 * (np.cos(turn) + np.sin(turn))
+    body = p.createMultiBody(1, box, -1, [0.1 + reach + gap, 0, 0], p.getQuaternionFromEuler([0, 0, turn]))
+    assert p.getClosestPoints(ball, body, 0.02)[0][8] == pytest.approx(gap + nearer, abs=1e-6)
+    at_pose = p.getClosestPoints(
+        ball,
+        -1,
+        0.02,
+        collisionShapeB=box,
+        collisionShapePositionB=[0.1 + reach + gap, 0, 0],
+        collisionShapeOrientationB=p.getQuaternionFromEuler([0, 0, turn]),
     )
-    p.resetBaseVelocity(body, [1.2, 0.3, 0], [0, 3, 1])
-    for _ in range(100):
-        p.stepSimulation()
-    found = p.getBasePositionAndOrientation(body)[0] + p.getBaseVelocity(body)[0]
-    np.testing.assert_allclose(found, THROWN[ground, shape], atol=3e-6)
+    assert at_pose[0][8] == pytest.approx(gap + nearer, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("lean", "normal", "distance"),
-    [
-        ((0, 0, 0), (-0.237206, -0.925104, -0.296508), -0.0003137),
-        ((0.5, 0.3, 0.2), (-0.237599, -0.925012, -0.296478), -0.0003135),
-    ],
-)
-def test_a_corner_beside_a_round_corner_pushes_along_the_way_between(
-    client: int, lean: tuple[float, float, float], normal: tuple[float, float, float], distance: float
-) -> None:
-    """A hull's corner is a tenth of a millimetre beside the edge of a cube, which is round by 1 mm."""
-    p.setTimeStep(1 / 500)
-    p.createMultiBody(1, _shape({"shapeType": p.GEOM_BOX, "halfExtents": [0.02] * 3}))
-    turn = np.array(p.getMatrixFromQuaternion(p.getQuaternionFromEuler(lean))).reshape(3, 3)
-    tip = np.array([[0, 0, 0], [0.01, 0.03, 0.01], [-0.01, 0.03, 0.01], [0, 0.03, -0.01]]) @ turn.T
-    hull = {"shapeType": p.GEOM_MESH, "vertices": tip.tolist()}
-    p.createMultiBody(0, _shape(hull), -1, [0.0194, 0.02056, 0.0195])
-    p.stepSimulation()
-    (point,) = p.getContactPoints()
-    np.testing.assert_allclose(point[7], normal, atol=2e-6)
-    assert point[8] == pytest.approx(distance, abs=1e-7)
-
-
-CAR = """<robot name="car"><link name="base"><inertial><mass value="10"/>
-<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>{wheels}</robot>"""
-WHEEL = """<link name="{n}"><inertial><mass value="1"/>
-<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial><collision>
-<origin rpy="1.5708 0 0" xyz="0 0 0"/>
-<geometry><cylinder radius="0.17" length="0.11"/></geometry></collision></link>
-<joint name="j{n}" type="continuous"><parent link="base"/><child link="{n}"/><origin xyz="{x} {y} 0"/>
-<axis xyz="0 1 0"/></joint>"""
-
-DRIVEN = (
-    0.9306254,
-    -0.0383243,
-    0.1709506,
-    0.6978800,
-    -0.0729953,
-    0.0065606,
-    -0.0519076,
-    0.0128039,
-    -0.0910713,
-)
-"""Place (m), velocity (m/s) and turning (rad/s) of the car after 1.5 s."""
-
-
-def test_a_car_drives_as_there(client: int, tmp_path: Path) -> None:
-    """Its wheels are prisms of 32 sides, whose points slide, end and follow each other as the wheels roll."""
-    places = [(0.25, 0.28), (0.25, -0.28), (-0.25, 0.28), (-0.25, -0.28)]
-    wheels = "".join(WHEEL.format(n=f"w{k}", x=x, y=y) for k, (x, y) in enumerate(places))
-    (tmp_path / "car.urdf").write_text(CAR.format(wheels=wheels), encoding="utf-8")
-    p.setGravity(0, 0, -9.81)
-    p.createMultiBody(0, _shape({"shapeType": p.GEOM_BOX, "halfExtents": [50, 50, 5]}), -1, [0, 0, -5])
-    car = p.loadURDF(str(tmp_path / "car.urdf"), [0, 0, 0.2])
-    for step in range(360):
-        for joint in range(4):
-            speed = 4 + (-1) ** joint * np.sin(step / 240)
-            p.setJointMotorControl2(car, joint, p.VELOCITY_CONTROL, targetVelocity=speed, force=10)
-        p.stepSimulation()
-    found = p.getBasePositionAndOrientation(car)[0] + p.getBaseVelocity(car)[0] + p.getBaseVelocity(car)[1]
-    np.testing.assert_allclose(found, DRIVEN, atol=2e-6)
+def test_thin_plates_and_planes_keep_their_edges(client: int) -> None:
+    plate = p.createMultiBody(1, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.0005]))
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), -1, [0.3, 0.3, 0])
+    expected = np.hypot(0.2, 0.2) - 0.1
+    assert p.getClosestPoints(plate, ball, 1.0)[0][8] == pytest.approx(expected, abs=1e-6)
+    ground = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    turn = p.getQuaternionFromEuler([0, np.pi / 4, 0])
+    box = p.createMultiBody(
+        1, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), -1, [0, 0, 0.2], turn
+    )
+    assert p.getClosestPoints(ground, box, 1.0)[0][8] == pytest.approx(0.2 - 0.1 * np.sqrt(2.0), abs=1e-6)

@@ -132,7 +132,7 @@ def _closest_points(
     """Return the closest points of all pairs of two sides' shapes within a distance (m)."""
     if not first or not second:
         return ()
-    from roboyard._mujoco import mujoco
+    from roboyard.pybullet.bullet_rules.round_edges import edges_of_pair, gap_of
 
     windows = world.windows
     has_windows = windows.shows_slots
@@ -153,11 +153,12 @@ def _closest_points(
                 if on_field is not None:
                     points += _rows((body_a, body_b, link_a, link_b), on_field, margin_a, margin_b)
                     continue
-            gap = mujoco.mj_geomDistance(model, data, geom_a, geom_b, reach, ends)
-            if gap > reach or (gap == reach and not ends.any()):
+            *edges, far = edges_of_pair(model, geom_a, geom_b, (hull_a, margin_b), reach)
+            gap = gap_of(model, data, geom_a, geom_b, far, (edges[0], edges[1]), ends)
+            if gap > far or (gap == far and not ends.any()):
                 continue
-            normal = _direction(gap, ends)
-            points.append(_closest(body_a, body_b, link_a, link_b, gap, ends, normal, margin_a, margin_b))
+            normal, widths = _direction(gap, ends), (margin_a + edges[0], margin_b + edges[1])
+            points.append(_closest(body_a, body_b, link_a, link_b, gap, ends, normal, *widths))
     return tuple(points)
 
 

@@ -7,10 +7,11 @@ from typing import Any
 from roboyard._records import NamedTuple
 from roboyard.native import Bundle, c_function, compiled, record
 from roboyard.pybullet.bullet_rules.chain_kernels import CHAIN, follow_chain, times, turned
+from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 from roboyard.sim.mujoco_library import mujoco_library
 
-PLANE = 0
-"""MuJoCo's kind of infinite planes."""
+PLANE, CYLINDER, BOX = 0, 5, 6
+"""MuJoCo's kinds of infinite planes, cylinders and boxes."""
 LEAST_REACH = 1e-6
 """Distance (m) up to which points are looked for at least."""
 NUMBERS = 10
@@ -32,8 +33,10 @@ class Shapes(NamedTuple):
     xmat: Any
     radii: Any
     """(ngeom,) radii of bounding spheres; 0 for planes (m)."""
+    sizes: Any
+    """(ngeom, 3) half sizes, or radius and half length (m)."""
     ends: Any
-    """(6,)"""
+    """(12,) both points, and sizes while they are less."""
     model: int
     """Address of MuJoCo's model."""
     data: int
@@ -42,7 +45,9 @@ class Shapes(NamedTuple):
 
 CLOSEST = Bundle(
     (
-        record(Shapes, "i4[::1] i4[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] i8 i8"),
+        record(
+            Shapes, "i4[::1] i4[::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[:,::1] f8[::1] i8 i8"
+        ),
         *CHAIN.records,
     )
 )
@@ -142,6 +147,42 @@ def _bring(shapes, margins, xpos, xmat, widths, geoms, sources, pose):  # pragma
             shapes.xmat[geom, k] = xmat[source, k]
 
 
+def _edge(shapes, margins, geom, other):  # pragma: no cover
+    """Return the radius of a shape's edges (m), 0 where it has none, or against itself or a plane.
+
+    `bullet_rules.round_edges` has the same rule.
+    """
+    kind = shapes.kinds[geom]
+    if (kind != BOX and kind != CYLINDER) or geom == other or shapes.kinds[other] == PLANE:
+        return 0.0
+    least = min(shapes.sizes[geom, 0], shapes.sizes[geom, 1])
+    if kind == BOX:
+        least = min(least, shapes.sizes[geom, 2])
+    return MARGIN if least > MARGIN and margins[geom] == 0.0 else 0.0  # with a margin it is a hull
+
+
+def _gap(shapes, a, b, reach):  # pragma: no cover
+    """Return the distance of two shapes (m), and whether it is within reach; write the points."""
+    ends, total = shapes.ends, 0.0
+    gap = mj_geomDistance(shapes.model, shapes.data, a, b, reach, ends.ctypes.data)
+    for k in range(6):
+        total += abs(ends[k])
+    return gap, not (gap > reach or (gap == reach and total == 0.0))
+
+
+def _gap_of_cores(shapes, a, b, edge_a, edge_b, reach):  # pragma: no cover
+    """Do what `_gap` does with shapes that are smaller by the radii of their edges."""
+    sizes, ends = shapes.sizes, shapes.ends
+    for k in range(3):
+        ends[6 + k], ends[9 + k] = sizes[a, k], sizes[b, k]
+        sizes[a, k] -= edge_a
+        sizes[b, k] -= edge_b
+    gap, is_near = _gap(shapes, a, b, reach + edge_a + edge_b)
+    for k in range(3):
+        sizes[a, k], sizes[b, k] = ends[6 + k], ends[9 + k]
+    return gap, is_near
+
+
 def _search(shapes, margins, first, second, limit, out, pairs):  # pragma: no cover
     """Write the closest points of all pairs of placed shapes; see `closest_points`."""
     count, ends = 0, shapes.ends
@@ -152,11 +193,12 @@ def _search(shapes, margins, first, second, limit, out, pairs):  # pragma: no co
             reach = max(limit + both, LEAST_REACH)
             if a != b and _is_far(shapes, a, b, reach):
                 continue
-            gap = mj_geomDistance(shapes.model, shapes.data, a, b, reach, ends.ctypes.data)
-            total = 0.0
-            for k in range(6):
-                total += abs(ends[k])
-            if gap > reach or (gap == reach and total == 0.0):
+            edge_a, edge_b = _edge(shapes, margins, a, b), _edge(shapes, margins, b, a)
+            if edge_a + edge_b > 0.0:
+                gap, is_near = _gap_of_cores(shapes, a, b, edge_a, edge_b, reach)
+            else:
+                gap, is_near = _gap(shapes, a, b, reach)
+            if not is_near:
                 continue
             x, y, z = ends[0] - ends[3], ends[1] - ends[4], ends[2] - ends[5]
             length = (x * x + y * y + z * z) ** 0.5
@@ -166,10 +208,10 @@ def _search(shapes, margins, first, second, limit, out, pairs):  # pragma: no co
                 length = -length
             normal = x / length, y / length, z / length
             for k in range(3):
-                out[count, k] = ends[k] - margins[a] * normal[k]
-                out[count, 3 + k] = ends[3 + k] + margins[b] * normal[k]
+                out[count, k] = ends[k] - (margins[a] + edge_a) * normal[k]
+                out[count, 3 + k] = ends[3 + k] + (margins[b] + edge_b) * normal[k]
                 out[count, 6 + k] = normal[k]
-            out[count, 9] = gap - both
+            out[count, 9] = gap - both - (edge_a + edge_b)
             pairs[count, 0], pairs[count, 1] = i, j
             count += 1
     return count

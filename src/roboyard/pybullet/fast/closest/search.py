@@ -74,7 +74,7 @@ def arrays_of_shapes(world: World) -> Any:
     model, data = world.live_model, world.live_data
     shapes = kernels.Shapes(
         *(model.geom_type, model.geom_bodyid, model.geom_pos, model.geom_quat, data.geom_xpos),
-        *(data.geom_xmat, model.geom_rbound, np.zeros(6), model._address, data._address),
+        *(data.geom_xmat, model.geom_rbound, model.geom_size, np.zeros(12), model._address, data._address),
     )
     return kernels.CLOSEST.of(shapes, *chain_of(world).records)
 
