@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 import roboyard.pybullet as p
+from roboyard.pybullet.connections import CLIENTS
 
 
 def _arm() -> int:
@@ -53,3 +56,49 @@ def test_links_that_overlap_what_is_static(
     assert len(p.getContactPoints(arm)) == 4
     for joint, state in enumerate(states):
         assert p.getJointState(arm, joint)[:2] == pytest.approx(state, abs=2e-4)
+
+
+def test_copies_of_a_robot_without_shapes_come_and_go_without_compiles(client: int) -> None:
+    """As planners create them for inverse kinematics: links without inertia, whose joints are held."""
+    target = [0.4, 0.1, 1.2]
+
+    def copied() -> int:
+        return p.createMultiBody(
+            0,
+            -1,
+            -1,
+            [0, 0, 1],
+            linkMasses=[1] * 3,
+            linkCollisionShapeIndices=[-1] * 3,
+            linkVisualShapeIndices=[-1] * 3,
+            linkPositions=[[0, 0, 0.1], [0.3, 0, 0], [0.3, 0, 0]],
+            linkOrientations=[[0, 0, 0, 1]] * 3,
+            linkInertialFramePositions=[[0, 0, 0]] * 3,
+            linkInertialFrameOrientations=[[0, 0, 0, 1]] * 3,
+            linkParentIndices=[0, 1, 2],
+            linkJointTypes=[p.JOINT_REVOLUTE] * 3,
+            linkJointAxis=[[0, 1, 0], [0, 1, 0], [0, 0, 1]],
+        )
+
+    scene: Any = CLIENTS[client].scene
+    _arm()
+    answers, compiles = [], []
+    for number in range(5):
+        robot = copied()
+        for joint in range(3):
+            p.resetJointState(robot, joint, 0.1 * joint)
+        answers.append(p.calculateInverseKinematics(robot, 2, target))
+        p.stepSimulation()
+        held = [p.getJointState(robot, joint)[:2] for joint in range(3)]
+        compiles.append(id(scene.world.live_model))
+        if number == 2:
+            p.changeDynamics(robot, 2, localInertiaDiagonal=[0.1, 0.1, 0.1])
+            p.setJointMotorControl2(robot, 2, p.VELOCITY_CONTROL, targetVelocity=1, force=5)
+            for _ in range(10):
+                p.stepSimulation()
+            assert p.getJointState(robot, 2)[1] == pytest.approx(1, abs=0.05), "its motor moves it now"
+        p.removeBody(robot)
+        assert held[2] == pytest.approx((0.2, 0.0)), "nothing moves it"
+    for answer in answers[1:]:
+        assert answer == pytest.approx(answers[0], abs=1e-12)
+    assert compiles[1] == compiles[2]

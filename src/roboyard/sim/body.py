@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from math import isfinite
 from typing import Any, cast
@@ -423,6 +424,11 @@ class Body:
         """The plan that its elements agree with but for friction; None where they may not."""
         is_so = self._world is not None and self._plan_edits == self._world.element_edits
         return self._plan if is_so else None
+
+    def note_armature(self, joint: int, value: float) -> None:
+        """Note the inertia of a motor (kg m² or kg) that the elements of a joint got."""
+        if self._plan is not None:
+            self._plan = replace(self._plan, armatures={**self._plan.armatures, joint: value})
 
     def plan_now(self) -> PlannedBody | None:
         """Return the plan of which elements like the present ones can be built; None where there is none."""

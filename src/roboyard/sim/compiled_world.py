@@ -14,7 +14,7 @@ from roboyard.sim.build.geoms import add_triangles_for_rays
 from roboyard.sim.build.inertia_sums import InertiaSums
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import forget_meshes
-from roboyard.sim.build.solver_options import Solver
+from roboyard.sim.build.solver_options import Solver, total_inertia
 from roboyard.sim.discarded_worlds import WORLDS
 from roboyard.sim.engine_hooks import BodyT
 from roboyard.sim.physics_profile import PhysicsProfile
@@ -92,8 +92,7 @@ class CompiledWorld(WorldSpec[BodyT]):
             mujoco.mj_setConst(self._model, self._reference)
             self._inertia_sums.note(self._model, self.revision)
         if self._model.nv:
-            total = np.add.reduce(self._model.dof_M0)
-            self._model.stat.meaninertia = total / self._model.nv  # as a compilation does
+            self._model.stat.meaninertia = total_inertia(self._model.dof_M0) / self._model.nv or 1.0
         self.pool.update_inertia()
         bound_inverse_weights(self._model)
 

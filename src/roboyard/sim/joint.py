@@ -181,7 +181,8 @@ class Joint:
                 form.armatures[self.index] = value
             world.takes_numbers()
             return
-        world.note_edit()
+        world.note_edit(is_rewritten=True)
+        self.body.note_armature(self.index, value)
         total = value + self._built.motor_inertia
         for element in self._built.joint_elements:
             element.armature = total

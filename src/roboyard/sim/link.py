@@ -209,13 +209,13 @@ class Link:
             old = (geom.friction if model is None else model.geom_friction[row]).tolist()
             values = [was if value is None else value for was, (_, value) in zip(old, given, strict=True)]
             if values != old:
-                world.note_edit(of_friction=True)
+                world.note_edit(is_rewritten=True)
                 geom.friction = values
                 if model is not None:
                     model.geom_friction[row] = values
             narrow = int(geom.condim if model is None else model.geom_condim[row])
             if narrow < condim:
-                world.note_edit(of_friction=True)
+                world.note_edit(is_rewritten=True)
                 geom.condim = condim
                 if model is not None:
                     model.geom_condim[row] = condim

@@ -102,14 +102,15 @@ class WorldSpec(EngineHooks[BodyT]):
         self._apply_options(self._spec.option)  # a spec that was taken over has those of its compile
         return self.raw_spec
 
-    def note_edit(self, *, of_friction: bool = False) -> None:
+    def note_edit(self, *, is_rewritten: bool = False) -> None:
         """Note that elements of the spec change, or may: the next world cannot take it over.
 
         Args:
-            of_friction: whether friction coefficients and the dimensions of contacts alone do.
+            is_rewritten: whether friction coefficients, the dimensions of contacts and inertias of motors
+                alone do, which the pool writes for each body.
         """
         self._is_edited = True
-        self.element_edits += not of_friction
+        self.element_edits += not is_rewritten
 
     def build_planned(self) -> None:
         """Add the elements of all planned bodies to the spec."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 if TYPE_CHECKING:
     from roboyard._mujoco import mujoco
     from roboyard.sim.physics_profile import PhysicsProfile
@@ -45,6 +47,8 @@ are sparse: a robot among 60 cubes takes three fifths of the time.
 """
 
 
+IMMOVABLE = 1e12
+"""Inertia (kg m² or kg) from which on a joint is held for good."""
 TOLERANCE = 1e-8
 """At which Newton ends."""
 HARD_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
@@ -121,6 +125,15 @@ def _without_islands() -> int:
     from roboyard._mujoco import mujoco
 
     return int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+
+
+def total_inertia(inertias: np.ndarray) -> float:
+    """Return the sum of inertias of degrees of freedom (kg m² or kg), without those that nothing moves.
+
+    Those would hide all others, in the sum and in what MuJoCo measures by it.
+    """
+    total = float(np.add.reduce(inertias))
+    return total if total < IMMOVABLE else float(np.add.reduce(inertias[inertias < IMMOVABLE]))
 
 
 def scale_tolerance(option: Any, share: float) -> None:

@@ -14,9 +14,9 @@ additions: each step costs as much for them as for an active body.
 
 A body that is removed while the spec waits for its compile is deleted with others before that. Any other
 removed body becomes inactive, too, if it came from the pool or has one link. One of several links does where
-it is the newest and nothing of its elements has changed but friction: the next like it takes its rows. All
-inactive bodies are deleted with the next compile, after some steps without additions and removals, and when
-MuJoCo's own arrays (`Engine.model`, `Engine.data`) or the spec are read.
+it is the newest and nothing of its elements has changed but friction and inertias of motors: the next like it
+takes its rows. All inactive bodies are deleted with the next compile, after some steps without additions and
+removals, and when MuJoCo's own arrays (`Engine.model`, `Engine.data`) or the spec are read.
 
 `benchmarks/pool.py` measures the gain.
 """
@@ -415,7 +415,7 @@ class BodyPool:
         It is the newest, so that bodies stay in the order of their ids, and no pooled bodies come after it.
         """
         plan, bodies = body.plan_of_elements, self._engine.body_by_id
-        if plan is None or plan.armatures or self._slots or next(reversed(bodies), body.id) > body.id:
+        if plan is None or self._slots or next(reversed(bodies), body.id) > body.id:
             return None
         if not is_poolable(plan.description, plan.options):
             return None

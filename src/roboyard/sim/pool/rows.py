@@ -11,7 +11,7 @@ from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.build.bodies import build
 from roboyard.sim.build.records import BuildOptions, Built
-from roboyard.sim.build.solver_options import scale_tolerance
+from roboyard.sim.build.solver_options import IMMOVABLE, scale_tolerance, total_inertia
 from roboyard.sim.pool.model_memory import memory_of
 from roboyard.sim.pool.templates import BodyTemplate, row_starts, write_elements
 from roboyard.sim.protocols import EngineBody, PoolEngine
@@ -135,7 +135,7 @@ class PoolRows:
     def update_inertia(self) -> None:
         """Sum up masses and inertias after they were written or MuJoCo summed them up."""
         model = self._engine.live_model
-        self._mass, self._inertia = float(model.body_mass.sum()), float(model.dof_M0.sum())
+        self._mass, self._inertia = float(model.body_mass.sum()), total_inertia(model.dof_M0)
         self._dofs, self._resting = int(model.nv), 0.0
         for starts, counts, _ in list(self._inactive.values()):
             self._count_out(starts, counts)
@@ -156,11 +156,11 @@ class PoolRows:
         """
         starts, related = slot.starts, slot.is_pristine and slot.template.family is template.family
         if not (related and slot.template is template):
-            is_known = slot.edits == self._engine.element_edits  # but for friction
+            is_known = slot.edits == self._engine.element_edits  # but for what is written again
             known = slot.template if related or is_known else None
             write_elements(slot.element, slot.geoms, template, known)
             if is_known:
-                self._write_friction(slot, template)
+                self._write_again(slot, template)
         slot.element.pos, slot.element.quat = position, wxyz
         blocks, kinds = template.blocks, template.kinds
         if related:
@@ -193,11 +193,14 @@ class PoolRows:
         self._resting -= self._inactive.pop(row)[2]
         self._write_totals()
 
-    def _write_friction(self, slot: PooledBody, template: BodyTemplate) -> None:
-        """Write a template's coefficients of friction, and what depends on them, into the spec."""
+    def _write_again(self, slot: PooledBody, template: BodyTemplate) -> None:
+        """Write a template's coefficients of friction, what depends on them, and no motors into the spec."""
         geoms, blocks = slot.geoms, template.blocks
         if slot.built is not None:
             geoms = [geom for record in slot.built.links for geom in (*record.geoms, *record.visuals)]
+            for record in slot.built.links:
+                for joint in record.joint_elements:
+                    joint.armature = record.motor_inertia
         for geom in geoms:
             place = geom.id - slot.starts["geom"]
             geom.friction, geom.condim = blocks["geom_friction"][place], blocks["geom_condim"][place]
@@ -305,7 +308,9 @@ class PoolRows:
         if not dofs:
             return 0.0
         rows = self._array("dof_M0")[_rows("dof", starts, counts)]
-        inertia = sum(rows.tolist()) if dofs <= FEW_DOFS else float(rows.sum())
+        inertia = sum(rows.tolist()) if dofs <= FEW_DOFS else IMMOVABLE
+        if inertia >= IMMOVABLE:
+            inertia = total_inertia(rows)
         self._inertia += sign * inertia
         self._dofs += sign * dofs
         return inertia
@@ -320,8 +325,9 @@ class PoolRows:
         if self._structs is None or self._structs[0] is not model:
             self._structs = model, model.stat, model.opt
         _, statistic, option = self._structs
-        statistic.meaninertia = self._inertia / self._dofs if self._dofs else 1.0
-        scale_tolerance(option, self._inertia / (self._inertia + self._resting) if self._dofs else 1.0)
+        is_there = self._dofs > 0 and self._inertia > 0.0
+        statistic.meaninertia = self._inertia / self._dofs if is_there else 1.0
+        scale_tolerance(option, self._inertia / (self._inertia + self._resting) if is_there else 1.0)
 
     def _array(self, name: str) -> np.ndarray:
         found = self._arrays.get(name)
