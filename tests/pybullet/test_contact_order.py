@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -317,3 +318,30 @@ def test_corners_of_a_box_in_a_compound_come_in_its_order(client: int) -> None:
     np.testing.assert_allclose([c[9] for c in found], [88.1018, 25.9695, 94.1362, 31.954], atol=1e-3)
     speeds = [-5.59e-05, 6.504e-05, 0.95979814, -0.00060206, -0.00057598, -0.0001886]
     np.testing.assert_allclose(np.ravel(p.getBaseVelocity(body)), speeds, atol=2e-8)
+
+
+@pytest.mark.parametrize("depth", [10.0, 1.0, 0.3])
+def test_boxes_that_touch_what_they_stand_on_exactly_are_paired_when_they_are_loaded(
+    client: int, tmp_path: Path, depth: float
+) -> None:
+    """As in PyBullet 3.2.7, whose boxes around shapes touch to the last bit there: the first one is first."""
+
+    def loaded(size: str, place: str, mass: float, position: list[float]) -> int:
+        shape = f'<origin xyz="0 0 {place}"/><geometry><box size="{size}"/></geometry>'
+        inertial = f'<inertial><mass value="{mass}"/>'
+        inertial += '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+        file = tmp_path / f"{mass}.urdf"
+        file.write_text(
+            f'<robot name="b"><link name="l">{inertial}<collision>{shape}</collision></link></robot>'
+        )
+        return p.loadURDF(str(file), position)
+
+    p.setGravity(0, 0, -9.8)
+    p.setTimeStep(1 / 480)
+    loaded(f"30 30 {depth}", f"{-depth / 2}", 0, [0, 0, -0.001])
+    for number in range(6):
+        loaded("0.04 0.04 0.04", "0", 0.1, [0.3 * (number * 5 % 7), 0.2 * (number * 3 % 4), 0.02])
+    for _ in range(12):
+        p.stepSimulation()
+    pairs = list(dict.fromkeys(point[1:3] for point in p.getContactPoints()))
+    assert pairs == [(0, number) for number in range(1, 7)]

@@ -61,9 +61,12 @@ class LinkBounds:
 
     def grown(self, margin: float) -> Array:
         """Return (2, 3) corners with the margin of a hull or compound (m)."""
-        if self.kind in ("hull", "compound"):
-            return self.corners + margin * np.array([[-1.0], [1.0]])
-        return self.corners
+        return self.corners + margin * np.array([[-1.0], [1.0]]) if self.grows else self.corners
+
+    @property
+    def grows(self) -> bool:
+        """Whether the corners are those of a hull or compound, without its margin."""
+        return self.kind in ("hull", "compound")
 
 
 _KNOWN = 256
@@ -140,7 +143,7 @@ def local_bounds(geometry: Geometry, *, implicit_cylinder: bool, is_rounded: boo
     """
     match geometry:
         case Box(size=(x, y, z)):
-            x, y, z = x / 2, y / 2, z / 2
+            x, y, z = (size / 2 - MARGIN + MARGIN for size in (x, y, z))  # as Bullet adds it again
             return np.array([[-x, -y, -z], [x, y, z]])
         case Sphere(radius=radius):
             half = np.full(3, radius)

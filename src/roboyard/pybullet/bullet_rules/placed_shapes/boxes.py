@@ -64,12 +64,14 @@ def cover_of(bounds: LinkBounds, margin: float, frame: Pose) -> Array:
         margin: of its shape, or its compound (m).
         frame: inertial frame in the link frame.
     """
-    lower, upper = bounds.grown(margin)
+    lower, upper = bounds.corners
     if bounds.kind == "plane" or not np.all(np.abs([lower, upper]) < ENDLESS):
         return ENDLESS_COVER
     turn, cover = matrix_from_quaternion(frame.quaternion), np.zeros((5, 3))
     cover[0] = np.asarray(frame.position) + turn @ (lower + upper) / 2
-    half = (upper - lower) / 2
+    half = (upper - lower) / 2  # in Bullet's order, so that boxes that touch do so to the last bit
+    if bounds.grows:
+        half = half + margin
     if bounds.kind == "sphere":
         cover[4] = half
     else:
