@@ -217,3 +217,30 @@ def test_a_state_without_contacts_leaves_the_points_that_are_kept(client: int) -
         rel=1e-6,
         abs=1e-9,
     )
+
+
+def test_faces_of_a_robot_that_touch_exactly_do_not_brake(client: int, tmp_path: Path) -> None:
+    """A hinge turns one of two boxes along the other; numbers of PyBullet 3.2.7."""
+    inertial = '<inertial><mass value="{}"/>'
+    inertial += '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    boxes = [
+        f'<collision><origin xyz="{place} 0 0"/><geometry><box size="{size}"/></geometry></collision>'
+        for place, size in (("0.145", "0.058 0.11 0.07"), ("0", "0.044 0.038 0.07"))
+    ]
+    links = ((1, "", "b"), (1, boxes[0], "f"), (0.1, boxes[1], "s"))
+    text = "".join(f'<link name="{name}">{inertial.format(m)}{box}</link>' for m, box, name in links)
+    text += '<joint name="j0" type="fixed"><parent link="b"/><child link="f"/></joint>'
+    text += '<joint name="j1" type="revolute"><parent link="b"/><child link="s"/><axis xyz="1 0 0"/>'
+    text += '<origin xyz="0.094 0.036 0"/><limit lower="-1" upper="1" effort="9" velocity="9"/></joint>'
+    file = tmp_path / "robot.urdf"
+    file.write_text(f'<robot name="r">{text}</robot>')
+    robot = p.loadURDF(str(file), [0, 0, 1], flags=p.URDF_USE_SELF_COLLISION)
+    p.setJointMotorControl2(robot, 1, p.VELOCITY_CONTROL, force=0)
+    p.resetBaseVelocity(robot, [0.1, 0, 0], [0.2, 0.3, 0.1])
+    p.resetJointState(robot, 1, 0, 0.05)
+    for _ in range(57):
+        p.stepSimulation()
+        points = p.getContactPoints(robot, robot)
+        assert len(points) == 4
+        assert max(abs(point[8]) for point in points) < 1e-6
+    assert p.getJointState(robot, 1)[:2] == pytest.approx((0.01269, 0.0567), abs=1e-5)

@@ -48,6 +48,10 @@ class LinkBody(Protocol):
         """All links, the root first."""
         ...
 
+    def note_armature(self, joint: int, value: float) -> None:
+        """Note the inertia of a motor (kg m² or kg) that the elements of a joint got."""
+        ...
+
 
 class Link:
     """One link: `pose`, `velocity`, mass and contact properties, external forces."""

@@ -128,7 +128,7 @@ def _without_islands() -> int:
 
 
 def total_inertia(inertias: np.ndarray) -> float:
-    """Return the sum of inertias of degrees of freedom (kg m² or kg), without those that nothing moves.
+    """Return the sum of (n,) inertias of degrees of freedom (kg m² or kg), without those that nothing moves.
 
     Those would hide all others, in the sum and in what MuJoCo measures by it.
     """

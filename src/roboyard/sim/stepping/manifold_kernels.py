@@ -24,6 +24,8 @@ from roboyard.sim.stepping.step_row_kernels import CONTACTS
 
 PLANE, FIELD, SPHERE, BOX = 0, 1, 2, 6
 """MuJoCo's types of these geoms."""
+TOUCHING = 1e-14
+"""Gap (m) up to which boxes that are turned to each other touch; see `are_apart_boxes`."""
 MOST = 4
 """Most points of a pair."""
 AWAY = 1.0
@@ -152,7 +154,8 @@ def keep_points(  # pragma: no cover
                 fresh[6 + k] = frame[j, k]
             place = place_of(new_points, pairs, n, fresh, reach, side_a, takes_new)
             mark = TAKEN
-            if place < 0 and (0 <= only != j or (are_boxes and dist[j] > thickness)):
+            is_gap = are_boxes and are_apart_boxes(dist[j] - thickness, xmat, one, two)
+            if place < 0 and (0 <= only != j or is_gap):
                 dist[j] = AWAY
                 continue
             if place < 0:
@@ -184,7 +187,7 @@ def keep_points(  # pragma: no cover
                     held += 1
                 for k in range(15):
                     fresh[k] = new_points[pairs, place, k]
-            elif are_boxes and dist[j] > thickness:  # only refreshed where they overlap
+            elif is_gap:  # only refreshed where they overlap
                 gap, slid, x, y, z = located(new_points, pairs, place, xpos, xmat, one, two, widths)
                 if new_points[pairs, place, 15] >= TAKEN or gap - thickness > reach or slid > reach * reach:
                     dist[j] = AWAY
@@ -400,6 +403,26 @@ def drop_gaps(  # pragma: no cover
                 apart -= xpos[two, d] + turned(xmat, two, d, parts, b, 0)
                 if abs(apart) > half_size(xmat, one, d, parts, a) + half_size(xmat, two, d, parts, b):
                     contacts.dist[i] = AWAY
+
+
+def are_apart_boxes(gap, xmat, one, two):
+    """Return whether two boxes of these bodies do not touch across a gap (m).
+
+    Bullet adds up the sizes of one box along the axes of the other, in magnitude, so that what is left of a
+    turn about their common normal by rounding makes boxes overlap that touch exactly.
+    """
+    if gap > TOUCHING:
+        return True
+    if gap <= 0.0:
+        return False
+    for i in range(3):
+        for j in range(3):
+            along = 0.0
+            for k in range(3):
+                along += xmat[one, 3 * k + i] * xmat[two, 3 * k + j]
+            if i != j and along != 0.0:
+                return False
+    return True
 
 
 def leave_listed(dist, first, end, listed, work):
