@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import roboyard.pybullet as p
 
@@ -282,3 +283,35 @@ def test_visual_meshes_that_cannot_be_read_are_shown_as_nothing(
     assert image[4][10, 10] == robot
     assert image[2][10, 10, :3].argmax() == 1
     assert name in caplog.text
+
+
+TEXTURE = '<texture filename="t.png"/>'
+
+
+@pytest.mark.parametrize(
+    ("own", "of_visual", "level"),
+    [
+        ("", "", 1.0),
+        ("", f'<material name="t">{TEXTURE}</material>', 0.8),
+        ('<material name="t"/>', '<material name="t"/>', 0.8),
+        ("", '<material name="t"/>', 1.0),
+        (f'<material name="t">{TEXTURE}</material>', '<material name="t"/>', 0.8),
+        ("", '<material name="t"><color rgba="1 1 1 1"/></material>', 1.0),
+        (f'<material name="s">{TEXTURE}</material>', '<material name="t"/>', 1.0),
+    ],
+)
+def test_materials_that_are_defined_without_a_colour_are_grey(
+    client: int, tmp_path: Path, own: str, of_visual: str, level: float
+) -> None:
+    """As in PyBullet 3.2.7."""
+    Image.fromarray(np.full((8, 8, 3), [200, 100, 50], np.uint8)).save(tmp_path / "t.png")
+    corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n"
+    faces = "f 1/1/1 2/2/1 3/3/1\nf 1/1/1 3/3/1 4/4/1\n"
+    (tmp_path / "m.obj").write_text(f"mtllib m.mtl\nusemtl m\n{corners}{faces}")
+    (tmp_path / "m.mtl").write_text("newmtl m\nKd 1 1 1\nmap_Kd t.png\n")
+    visual = f'<visual><geometry><mesh filename="m.obj"/></geometry>{of_visual}</visual>'
+    (tmp_path / "r.urdf").write_text(f'<robot name="r">{own}<link name="l">{visual}</link></robot>')
+    robot = p.loadURDF(str(tmp_path / "r.urdf"))
+    assert p.getVisualShapeData(robot)[0][7] == (level, level, level, 1.0)
+    expected = np.array([200, 100, 50]) * level
+    np.testing.assert_allclose(_top(lightDirection=[0, 0, 1])[:3], expected, atol=15)
