@@ -138,7 +138,7 @@ def test_in_chromium(page: PlanningPage, tmp_path: Path) -> None:
         tick = lambda: page.tick(0.02)  # noqa: E731
         chromium.until(lambda: page.viewer.watchers == 1, tick=tick)
         chromium.until(lambda: page.plans >= 1, tick=tick)
-        button = chromium.until(lambda: shown.place_of(shown.with_text("Move")), tick=tick)
+        chromium.until(lambda: shown.place_of(shown.with_text("Move")), tick=tick)
         chromium.until(lambda: shown.evaluate("document.body.textContent.includes('planned in')"), tick=tick)
         chromium.until(lambda: np.ptp(shown.picture()) > 100, tick=tick)
 
@@ -150,10 +150,10 @@ def test_in_chromium(page: PlanningPage, tmp_path: Path) -> None:
         for _ in range(20):
             tick()
         before = shown.picture()
-        shown.click(*chromium.until(lambda: shown.place_of(shown.with_text("swept ghost")), tick=tick))
+        shown.click_on(shown.with_text("swept ghost"), tick=tick)
         chromium.until(lambda: page.ghost.nodes and difference() > 0.004, tick=tick)
         place = tool_place(page)
-        shown.click(*button)
+        shown.click_on(shown.with_text("Move"), tick=tick)
         chromium.until(lambda: page.plans >= 2, tick=tick)
         assert np.linalg.norm(tool_place(page) - place) > 0.05
     finally:
