@@ -730,3 +730,54 @@ def test_velocities_are_bounded_at_the_centre_of_mass(client: int) -> None:
     assert turn == pytest.approx((-0.123534, 0.645075, -0.567877, -0.496118), abs=2e-6)
     assert linear == pytest.approx((-27.41735, 82.25205, 90.477255), abs=5e-6)
     assert angular == pytest.approx((62.805295, -91.884925, 0.437779), abs=5e-6)
+
+
+def test_a_state_is_restored_where_a_body_was_replaced_by_one_like_it(client: int) -> None:
+    """As in PyBullet, which counts bodies; others are still an error."""
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3)
+    p.setGravity(0, 0, -9.8)
+    body = p.createMultiBody(1, box, -1, [0, 0, 1])
+
+    def marker() -> int:
+        return p.createMultiBody(0, -1, p.createVisualShape(p.GEOM_SPHERE, radius=0.1), [1, 0, 0])
+
+    first = marker()
+    state = p.saveState()
+    p.removeBody(first)
+    second = marker()
+    for _ in range(20):
+        p.stepSimulation()
+    p.restoreState(state)
+    assert p.getBasePositionAndOrientation(body)[0] == (0, 0, 1)
+    assert p.getBaseVelocity(body)[0] == (0, 0, 0)
+    p.stepSimulation()
+    third = marker()
+    with pytest.raises(p.error, match="restore"):
+        p.restoreState(state)
+    p.removeBody(second)
+    p.removeBody(third)
+    with pytest.raises(p.error, match="restore"):
+        p.restoreState(state)
+    p.createMultiBody(1, box, -1, [3, 0, 1])
+    with pytest.raises(p.error, match="restore"):
+        p.restoreState(state)
+
+
+def test_meshes_are_looked_for_below_the_folders_above_a_robot(client: int, tmp_path: Path) -> None:
+    """As PyBullet does, the nearest folder first; not farther than three folders up."""
+    mesh = "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    robots = tmp_path / "a" / "b" / "robots"
+    for folder in (robots / "arm" / "sensor", robots / "sensor" / "body", tmp_path / "far"):
+        folder.mkdir(parents=True)
+    (robots / "sensor" / "body" / "m.obj").write_text(mesh)
+    (tmp_path / "far" / "m.obj").write_text(mesh)
+    for name, is_there in (("../sensor/body/m.obj", True), ("far/m.obj", False)):
+        shape = f'<collision><geometry><mesh filename="{name}"/></geometry></collision>'
+        file = robots / "arm" / "sensor" / f"{is_there}.urdf"
+        file.write_text(f'<robot name="r"><link name="l">{shape}</link></robot>')
+        if is_there:
+            robot = p.loadURDF(str(file))
+            assert p.getCollisionShapeData(robot, -1)[0][2] == p.GEOM_MESH
+        else:
+            with pytest.raises(p.error):
+                p.loadURDF(str(file))

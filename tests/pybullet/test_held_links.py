@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -102,3 +103,30 @@ def test_copies_of_a_robot_without_shapes_come_and_go_without_compiles(client: i
     for answer in answers[1:]:
         assert answer == pytest.approx(answers[0], abs=1e-12)
     assert compiles[1] == compiles[2]
+
+
+@pytest.mark.parametrize(("flags", "inertia"), [(p.URDF_USE_INERTIA_FROM_FILE, 0.5), (0, 6.667e-7)])
+def test_a_link_without_mass_has_the_inertia_of_its_file(
+    client: int, tmp_path: Path, flags: int, inertia: float
+) -> None:
+    """As the flange of a robot may, which is fixed to its last link; also in PyBullet 3.2.7."""
+
+    def link(name: str, mass: float, moment: float) -> str:
+        moments = " ".join(f'{key}="{moment}"' for key in ("ixx", "iyy", "izz"))
+        inertial = f'<mass value="{mass}"/><inertia {moments} ixy="0" ixz="0" iyz="0"/>'
+        return f'<link name="{name}"><inertial>{inertial}</inertial></link>'
+
+    links = link("a", 0, 0) + link("b", 1, 0.2) + link("c", 0, 0.3)
+    joints = (
+        '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/></joint>'
+    )
+    joints += '<joint name="k" type="fixed"><parent link="b"/><child link="c"/><origin xyz="0 0 1"/></joint>'
+    file = tmp_path / "robot.urdf"
+    file.write_text(f'<robot name="r">{links}{joints}</robot>')
+    robot = p.loadURDF(str(file), useFixedBase=True, flags=flags)
+    assert p.calculateMassMatrix(robot, [0.0]) == ((pytest.approx(inertia, abs=1e-9),),)
+    if flags:
+        p.setJointMotorControl2(robot, 0, p.VELOCITY_CONTROL, force=0)
+        p.setJointMotorControl2(robot, 0, p.TORQUE_CONTROL, force=1.0)
+        p.stepSimulation()
+        assert p.getJointState(robot, 0)[1] == pytest.approx(1.0 / inertia / 240, rel=2e-3)

@@ -315,3 +315,27 @@ def test_materials_that_are_defined_without_a_colour_are_grey(
     assert p.getVisualShapeData(robot)[0][7] == (level, level, level, 1.0)
     expected = np.array([200, 100, 50]) * level
     np.testing.assert_allclose(_top(lightDirection=[0, 0, 1])[:3], expected, atol=15)
+
+
+@pytest.mark.parametrize("has_coordinates", [True, False])
+def test_images_are_shown_on_meshes_whose_files_have_none(
+    client: int, tmp_path: Path, has_coordinates: bool
+) -> None:
+    """Without texture coordinates the centre of the image is everywhere, as in PyBullet."""
+    pixels = np.zeros((64, 64, 3), np.uint8)
+    pixels[:, :20, 0] = pixels[:, 20:, 2] = 255
+    Image.fromarray(pixels).save(tmp_path / "t.png")
+    corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n"
+    if has_coordinates:
+        corners += "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    faces = "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n" if has_coordinates else "f 1 2 3\nf 1 3 4\n"
+    (tmp_path / "m.obj").write_text(corners + faces)
+    visual = '<visual><geometry><mesh filename="m.obj" scale="0.5 0.5 1"/></geometry></visual>'
+    (tmp_path / "r.urdf").write_text(f'<robot name="r"><link name="l">{visual}</link></robot>')
+    robot = p.loadURDF(str(tmp_path / "r.urdf"))
+    p.changeVisualShape(robot, -1, textureUniqueId=p.loadTexture(str(tmp_path / "t.png")))
+    projection = p.computeProjectionMatrixFOV(28, 1, 0.05, 10)
+    image = p.getCameraImage(40, 40, p.computeViewMatrix(*VIEW), projection)[2]
+    assert image[20, 30, :3].argmax() == 2
+    assert image[20, 4, :3].argmax() == (0 if has_coordinates else 2)
+    assert (image[20, [4, 30], 1] < 60).all()

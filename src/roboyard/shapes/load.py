@@ -11,6 +11,7 @@ from __future__ import annotations
 from _thread import allocate_lock
 from collections import OrderedDict
 from collections.abc import Callable
+from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from weakref import WeakKeyDictionary, WeakValueDictionary
@@ -121,6 +122,27 @@ def clear_cache() -> None:
         _cache.clear()
         _cached[0] = 0
     clear_images()
+
+
+def load_for_texture(file: Path) -> TriangleMesh | None:
+    """Return the mesh (m) of an OBJ file with its texture coordinates, for an image that is not the file's.
+
+    `load_mesh` leaves out coordinates without an image. None: it has none, or is no OBJ file.
+    """
+    if file.suffix.lower() != ".obj":
+        return None
+    try:
+        return _loaded_for_texture(file, file.stat().st_mtime_ns)
+    except (OSError, ValueError, TooManyTrianglesError):
+        return None
+
+
+@lru_cache(16)
+def _loaded_for_texture(file: Path, _: int) -> TriangleMesh | None:
+    from roboyard.shapes.readers.read_obj import read_obj
+
+    found = combine(read_obj(read_file(file, MAX_FILE_BYTES), file, for_texture=True))
+    return found if found is not None and found.uv is not None else None
 
 
 def _bytes(mesh: TriangleMesh) -> int:

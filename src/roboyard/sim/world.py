@@ -391,15 +391,18 @@ class World(Simulation):
         """Return the state of the world."""
         return world_state().save(self, self.stepping.manifolds.save())
 
-    def restore_state(self, saved: WorldState, *, keeps_points: bool = False) -> None:
+    def restore_state(self, saved: WorldState, *, keeps_points: bool = False, by_place: bool = False) -> None:
         """Restore a saved state, bit for bit.
 
         Args:
             saved: the state.
             keeps_points: whether contacts go on with the points that they keep now, where none were saved.
+            by_place: whether bodies may have been replaced by others with as many links and joints; contacts
+                then go on with the points that they keep now.
         """
-        world_state().restore(self, saved)
-        if not keeps_points or saved.has_points:
+        world_state().restore(self, saved, by_place=by_place)
+        is_same = not by_place or saved.signature == tuple(self.body_by_id)
+        if is_same and (not keeps_points or saved.has_points):
             self.stepping.manifolds.restore(saved.contacts)
 
     # ---------------------------------------------------------------------------------------------- pictures

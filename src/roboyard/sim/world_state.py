@@ -29,6 +29,8 @@ class WorldState:
     static_quaternions: Array
     signature: tuple[int, ...]
     """Ids of the bodies, in order."""
+    layout: tuple[tuple[int, int, bool], ...]
+    """Of each body the numbers of links and of degrees of freedom of its joints, and whether it is fixed."""
     has_forces: tuple[bool, bool]
     """Whether external forces act on links, and whether any act at all."""
     friction: Array | None = None
@@ -67,14 +69,20 @@ def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
         static_positions=model.body_pos.copy(),
         static_quaternions=model.body_quat.copy(),
         signature=tuple(world.body_by_id),
+        layout=_layout(world),
         has_forces=(world.wrenches.pushed, world.wrenches.pending),
         friction=model.geom_friction.copy(),
         contacts=contacts,
     )
 
 
-def restore(world: Engine[Body], state: WorldState) -> None:
+def restore(world: Engine[Body], state: WorldState, *, by_place: bool = False) -> None:
     """Restore a saved state; constraints that were created since stay, removed ones do not come back.
+
+    Args:
+        world: to restore.
+        state: saved before.
+        by_place: whether bodies may have been replaced by others with as many links and joints.
 
     Raises:
         ModelError: bodies were added or removed since the state was saved.
@@ -85,7 +93,7 @@ def restore(world: Engine[Body], state: WorldState) -> None:
         data = world.live_data
         kept = world.kept_poses = model.body_pos, model.body_quat, data.eq_active, model, data
         if state.fits[0] != world.revision:
-            _check(world, state, mujoco.mj_stateSize(model, kind))
+            _check(world, state, mujoco.mj_stateSize(model, kind), by_place=by_place)
     positions, quaternions, active, model, data = kept
     mujoco.mj_setState(model, data, state.values, kind)
     _, known_positions, known_quaternions, known_active = state.fits
@@ -109,7 +117,12 @@ def restore(world: Engine[Body], state: WorldState) -> None:
     world.mark_fixed_moved()
 
 
-def _check(world: Engine[Body], state: WorldState, size: int) -> None:
+def _layout(world: Engine[Body]) -> tuple[tuple[int, int, bool], ...]:
+    bodies = world.body_by_id.values()
+    return tuple((len(body.links), body.joint_dofs, body.is_fixed) for body in bodies)
+
+
+def _check(world: Engine[Body], state: WorldState, size: int, *, by_place: bool) -> None:
     """Note that a state fits the world's arrays as they are, whose state has `size` numbers.
 
     Raises:
@@ -117,7 +130,8 @@ def _check(world: Engine[Body], state: WorldState, size: int) -> None:
     """
     bodies = tuple(world.body_by_id)
     positions, quaternions = state.static_positions, state.static_quaternions
-    if state.signature != bodies or len(state.values) != size or len(positions) != world.live_model.nbody:
+    is_same = state.signature == bodies or (by_place and state.layout == _layout(world))
+    if not is_same or len(state.values) != size or len(positions) != world.live_model.nbody:
         raise ModelError(
             f"the state was saved with other bodies, ids {state.signature} instead of {bodies}; "
             "save again after adding or removing bodies"

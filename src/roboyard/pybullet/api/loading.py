@@ -42,6 +42,8 @@ _NO_URDF, _NO_SDF, _NO_MJCF = "Cannot load URDF file.", "Cannot load SDF file.",
 _soft_reader = lazy_module("roboyard.pybullet.readers.deformable")
 _BEGINNING = 65536
 """Bytes of a URDF file in which soft bodies are looked for."""
+_FOLDERS_ABOVE = 4
+"""Folders from that of a robot's file up below which its meshes are looked for."""
 _CACHE_SIZE = 64
 _NAMED_FOLDERS = 64
 """Folders of files that a client remembers."""
@@ -193,10 +195,16 @@ def read_description(client: Client, path: Path) -> RobotDescription:
         key = _key_of(path)
         search = _search_paths(client)
         found = load_description(path, search_paths=search, missing_meshes="note", words_are_zero=True)
-        if lacks_meshes(
-            found, path.parent
-        ):  # raises the error that says which, and where they were looked for
-            load_description(path, search_paths=search, words_are_zero=True)
+        if lacks_meshes(found, path.parent):  # Bullet looks below the folders above, too, the nearest first
+            above = [
+                folder for folder in path.absolute().parents[1:_FOLDERS_ABOVE] if folder != folder.parent
+            ]
+            paths = [*search, *above]
+            found = load_description(path, search_paths=paths, missing_meshes="note", words_are_zero=True)
+            if lacks_meshes(
+                found, path.parent
+            ):  # raises the error that says which, and where they were sought
+                load_description(path, search_paths=search, words_are_zero=True)
         if any(TEXT_NOTE in note for note in found.notes):
             raise DescriptionError("text behind the root element; remove it", file=path)
         for joint in found.joints:

@@ -87,7 +87,7 @@ def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
         )
     scene.last_step.restore(scene.state_contacts.get(stateId, ()))
     try:
-        scene.world.restore_state(state, keeps_points=True)
+        scene.world.restore_state(state, keeps_points=True, by_place=True)
     except ModelError as problem:
         raise failure("Couldn't restore state.", str(problem)) from None
     for record in scene.bodies.values():

@@ -39,6 +39,8 @@ _WHITE = (1.0, 1.0, 1.0, 1.0)
 MASS_WITHOUT_INERTIAL = 1.0
 CYLINDER_SIDES = 32
 STATIC_LINK_NAME = "world"
+LEAST_MASS = 1e-18
+"""Mass (kg) in the World of a link without mass that has inertia, for the link that it is fixed to."""
 IMMOVABLE_MASS = 1e6
 """Mass (kg) and moments (kg m²) of a movable base that no force moves."""
 LEAST_MOMENT = 2.220446049250313e-16
@@ -388,10 +390,10 @@ def world_moments(moments: Moments, *, is_alone: bool) -> Moments:
 
 
 def _inertial(link: LinkModel, *, is_alone: bool) -> Inertial | None:
-    if link.mass == 0.0:
+    if link.mass == 0.0 and not any(link.moments):
         return None
     x, y, z = world_moments(link.moments, is_alone=is_alone)
-    return Inertial(mass=link.mass, origin=link.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
+    return Inertial(mass=link.mass or LEAST_MASS, origin=link.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
 
 
 # --------------------------------------------------------------------------------------------------- edits

@@ -152,7 +152,7 @@ def combine(parts: Sequence[Part]) -> TriangleMesh | None:
     if any(part.normals is not None for part in parts):
         normals = read_only(np.concatenate([_unit_normals(part) for part in parts]), np.float64)
     uv = None
-    if texture is not None:
+    if texture is not None or all(part.uv is not None for part in parts):
         uv = read_only(np.concatenate([part.uv for part in parts if part.uv is not None]), np.float64)
     return TriangleMesh(
         vertices=read_only(np.concatenate([part.vertices for part in parts]), np.float64),

@@ -55,8 +55,14 @@ class _Lines:
     libraries: list[str] = field(default_factory=list)
 
 
-def read_obj(data: bytes, file: Path) -> list[Part]:
-    """Return one part for each material in use (m)."""
+def read_obj(data: bytes, file: Path, *, for_texture: bool = False) -> list[Part]:
+    """Return one part for each material in use (m).
+
+    Args:
+        data: of the file.
+        file: where its materials are looked for.
+        for_texture: whether all parts have their texture coordinates, and none has an image of the file.
+    """
     plain = read_plain(data) if is_worth_it(data) else None
     if plain is not None:
         positions, uv, normals, vertex_colors = plain.positions, plain.uvs, plain.normals, plain.colors
@@ -81,7 +87,7 @@ def read_obj(data: bytes, file: Path) -> list[Part]:
         color = surface.color
         if color is None and vertex_colors is not None:
             color = np.rint(255 * vertex_colors[own[:, :, 0]].mean(axis=1)).clip(0, 255).astype(np.uint8)
-        has_uv = surface.texture is not None and bool((own[:, :, 1] >= 0).all())
+        has_uv = (for_texture or surface.texture is not None) and bool((own[:, :, 1] >= 0).all())
         has_normals = bool((own[:, :, 2] >= 0).all())
         parts.append(
             part_from_corners(
@@ -90,7 +96,7 @@ def read_obj(data: bytes, file: Path) -> list[Part]:
                 normals=(normals, own[:, :, 2]) if has_normals else None,
                 uv=(uv, own[:, :, 1]) if has_uv else None,
                 color=color,
-                texture=surface.texture if has_uv else None,
+                texture=surface.texture if has_uv and not for_texture else None,
             )
         )
     return parts

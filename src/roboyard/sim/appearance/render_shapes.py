@@ -116,6 +116,8 @@ class RenderShapes:
                 is_painted = name == "rgba" and shape.use_mesh_colors
                 if place in (-1, index) and (is_painted or not _is_same(getattr(shape, name), value)):
                     fields: dict[str, Any] = {name: value}
+                    if name == "texture" and value is not None and shape.mesh.uv is None:
+                        fields["mesh"] = _with_coordinates(shape.mesh, look.geometry, body.scale)
                     if name == "rgba":
                         fields["use_mesh_colors"] = False
                     look.shape = replace(shape, **fields)
@@ -158,6 +160,24 @@ class RenderShapes:
 def _is_same(old: Any, new: Any) -> bool:
     """Return whether a field keeps its value; arrays and meshes do only where they are the same object."""
     return old is new or (isinstance(new, _PLAIN) and type(old) is type(new) and old == new)
+
+
+def _with_coordinates(mesh: TriangleMesh, geometry: Geometry, scale: float) -> TriangleMesh:
+    """Return a mesh with the texture coordinates of its file, else with an image's centre, as in Bullet.
+
+    Args:
+        mesh: of a geometry, without texture coordinates (m).
+        geometry: from which file and with which scale it is.
+        scale: of the body.
+    """
+    from roboyard.shapes.load import load_for_texture, scaled
+
+    if isinstance(geometry, Mesh) and geometry.path is not None and geometry.data is None:
+        found = load_for_texture(geometry.path)
+        if found is not None:
+            x, y, z = geometry.scale
+            return scaled(found, (x * scale, y * scale, z * scale))
+    return replace(mesh, uv=np.full((len(mesh.vertices), 2), 0.5))
 
 
 def _keep_textures(looks: dict[int, list[ShapeAppearance]]) -> None:
