@@ -127,7 +127,7 @@ def clear_cache() -> None:
 def load_for_texture(file: Path) -> TriangleMesh | None:
     """Return the mesh (m) of an OBJ file with its texture coordinates, for an image that is not the file's.
 
-    `load_mesh` leaves out coordinates without an image. None: it has none, or is no OBJ file.
+    `load_mesh` omits coordinates without an image. None: it has none, or is no OBJ file.
     """
     if file.suffix.lower() != ".obj":
         return None

@@ -10,11 +10,13 @@ the same test.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import sys
 import types
 import typing
+from _thread import get_ident
 from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any
@@ -211,6 +213,8 @@ def public(
     if CAN_START:
         values |= {"_next": next, "_numbers": START.numbers, "_when": (MANY, MOST), "_enter": START.enter}
         lines.insert(0, "if _next(_numbers) in _when: _enter()")
+    values |= {"_turn": START.turn, "_callers": START.callers, "_thread": get_ident}
+    lines = ["_callers.add(_thread())", "with _turn:", *(f"    {line}" for line in lines)]
     source = "\n    ".join((f"def public(_call):\n  def {name}({', '.join(shown)}):", *lines))
     exec(code_of(f"{source}\n  return {name}", f"<{_MODULE}.{name}>"), values)  # noqa: S102 - our own source
     made: Any = values["public"](
@@ -226,11 +230,14 @@ def public(
 
 def refusing(function: types.FunctionType) -> types.FunctionType:
     """Return a free function that raises `error` for what the world refuses, as those of commands do."""
+    turn = contextlib.nullcontext() if function.__name__ == "connect" else START.turn  # which may wait long
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
+        START.callers.add(get_ident())
         try:
-            return function(*args, **kwargs)
+            with turn:
+                return function(*args, **kwargs)
         except error:
             raise
         except REFUSED as problem:
@@ -323,9 +330,11 @@ def _with_call(call: Call) -> Any:
 
     @functools.wraps(call.free)
     def free(*args: Any, **kwargs: Any) -> int:
-        if next(START.numbers) in (MANY, MOST):
-            START.enter()
-        return call.free(*args, **kwargs)
+        START.callers.add(get_ident())
+        with START.turn:
+            if next(START.numbers) in (MANY, MOST):
+                START.enter()
+            return call.free(*args, **kwargs)
 
     return free
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from _thread import RLock
 from collections.abc import Callable, Mapping
 from ctypes import POINTER, c_int64, c_void_p, cast, sizeof
 from functools import partial
@@ -180,6 +181,10 @@ class Start:
     def __init__(self) -> None:
         """Begin to count."""
         self.numbers = count(1)
+        self.turn = RLock()
+        """Held by each call through Python: threads that share a client take turns, as with PyBullet."""
+        self.callers: set[int] = set()
+        """The threads that have called through Python."""
         self._address = 0
         self._definitions: list[Any] = []
         self.waiting: list[tuple[Callable[[], None], tuple[str, ...]]] = []
@@ -226,6 +231,8 @@ class Start:
         """
         from roboyard.pybullet.face.entries import FRONT
 
+        if waits and len(self.callers) > 1:
+            return  # machine code calls commands without taking turns
         self._waits = waits
         is_last = next(self.numbers) > MOST
         self._address = FRONT.address() if FRONT.is_stored or (is_last and FRONT.is_cheap) else 0
