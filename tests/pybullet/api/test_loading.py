@@ -340,3 +340,25 @@ def test_data_folders_come_before_the_searched_one(agrees: Callable[..., None]) 
 
 def test_all_clients_search_one_folder(agrees: Callable[..., None]) -> None:
     agrees(record_searched_by_all_clients)
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [("fixed", (0, 0, 0, -1, 0, 0)), ("revolute", (2, 3, -1e16, 1e16, 0, 0))],
+)
+def test_fixed_joints_of_sdf_files_have_no_limits(
+    client: int, tmp_path: Path, kind: str, expected: tuple[float, ...]
+) -> None:
+    """Their axes are not read, as in PyBullet 3.2.7."""
+    moments = "".join(f"<{key}>1</{key}>" for key in ("ixx", "iyy", "izz"))
+    links = "".join(
+        f'<link name="{name}"><inertial><mass>1</mass><inertia>{moments}</inertia></inertial></link>'
+        for name in "ab"
+    )
+    axis = "<xyz>0 0 1</xyz><limit><lower>-1e+16</lower><upper>1e+16</upper></limit>"
+    axis += "<dynamics><damping>2</damping><friction>3</friction></dynamics>"
+    joint = f'<joint name="j" type="{kind}"><parent>a</parent><child>b</child><axis>{axis}</axis></joint>'
+    file = tmp_path / "m.sdf"
+    file.write_text(f'<sdf version="1.6"><model name="m">{links}{joint}</model></sdf>')
+    (body,) = p.loadSDF(str(file))
+    assert p.getJointInfo(body, 0)[6:12] == expected

@@ -150,7 +150,7 @@ def _joint(joint: ET.Element, poses: Mapping[str, Array]) -> ET.Element:
     if parent in poses and child in poses:
         element.append(_origin(np.linalg.inv(poses[parent]) @ poses[child]))
     axis = joint.find("axis")
-    if axis is None:
+    if axis is None or kind == "fixed":
         return element
     element.append(axis_element(axis, text_of(axis, "xyz") or "1 0 0"))
     limit, dynamics = axis.find("limit"), dynamics_element(axis)
