@@ -33,6 +33,10 @@ class TriangleMesh:
         return bounding_box(self.vertices)
 
 
+NO_TRIANGLES = TriangleMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int32))
+"""A mesh that shows nothing."""
+
+
 def bounding_box(points: NDArray) -> NDArray[np.float64]:
     """Return the (2, 3) lower and upper corner of the box around (n, 3) points."""
     x, y, z = points.T  # column by column: NumPy takes ten times as long along the rows

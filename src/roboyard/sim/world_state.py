@@ -29,8 +29,8 @@ class WorldState:
     static_quaternions: Array
     signature: tuple[int, ...]
     """Ids of the bodies, in order."""
-    layout: tuple[tuple[int, int, bool], ...]
-    """Of each body the numbers of links and of degrees of freedom of its joints, and whether it is fixed."""
+    layout: bytes
+    """Of each MuJoCo body its parent and its number of degrees of freedom."""
     has_forces: tuple[bool, bool]
     """Whether external forces act on links, and whether any act at all."""
     friction: Array | None = None
@@ -69,7 +69,7 @@ def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
         static_positions=model.body_pos.copy(),
         static_quaternions=model.body_quat.copy(),
         signature=tuple(world.body_by_id),
-        layout=_layout(world),
+        layout=_layout(model),
         has_forces=(world.wrenches.pushed, world.wrenches.pending),
         friction=model.geom_friction.copy(),
         contacts=contacts,
@@ -117,9 +117,8 @@ def restore(world: Engine[Body], state: WorldState, *, by_place: bool = False) -
     world.mark_fixed_moved()
 
 
-def _layout(world: Engine[Body]) -> tuple[tuple[int, int, bool], ...]:
-    bodies = world.body_by_id.values()
-    return tuple((len(body.links), body.joint_dofs, body.is_fixed) for body in bodies)
+def _layout(model: mujoco.MjModel) -> bytes:
+    return model.body_parentid.tobytes() + model.body_dofnum.tobytes()
 
 
 def _check(world: Engine[Body], state: WorldState, size: int, *, by_place: bool) -> None:
@@ -130,7 +129,7 @@ def _check(world: Engine[Body], state: WorldState, size: int, *, by_place: bool)
     """
     bodies = tuple(world.body_by_id)
     positions, quaternions = state.static_positions, state.static_quaternions
-    is_same = state.signature == bodies or (by_place and state.layout == _layout(world))
+    is_same = state.signature == bodies or (by_place and state.layout == _layout(world.live_model))
     if not is_same or len(state.values) != size or len(positions) != world.live_model.nbody:
         raise ModelError(
             f"the state was saved with other bodies, ids {state.signature} instead of {bodies}; "

@@ -153,8 +153,9 @@ def _closest_points(
                 if on_field is not None:
                     points += _rows((body_a, body_b, link_a, link_b), on_field, margin_a, margin_b)
                     continue
-            *edges, far = edges_of_pair(model, geom_a, geom_b, (hull_a, margin_b), reach)
-            gap = gap_of(model, data, geom_a, geom_b, far, (edges[0], edges[1]), ends)
+            edges = edges_of_pair(model, geom_a, geom_b, (hull_a, margin_b))
+            far = reach + edges[0] + edges[1]
+            gap = gap_of(model, data, geom_a, geom_b, far, edges, ends)
             if gap > far or (gap == far and not ends.any()):
                 continue
             normal, widths = _direction(gap, ends), (margin_a + edges[0], margin_b + edges[1])

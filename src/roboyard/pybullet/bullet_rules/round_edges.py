@@ -56,12 +56,9 @@ def gap_of(
         sizes[[one, two]] = before
 
 
-def edges_of_pair(
-    model: Any, one: int, two: int, margins: tuple[float, float], reach: float
-) -> tuple[float, float, float]:
-    """Return the radii of the edges of two geoms against each other (m), and the reach of their cores (m)."""
+def edges_of_pair(model: Any, one: int, two: int, margins: tuple[float, float]) -> tuple[float, float]:
+    """Return the radii of the edges of two geoms, with these margins, against each other (m)."""
     kinds = model.geom_type
     if one == two or _PLANE in (kinds.item(one), kinds.item(two)):
-        return 0.0, 0.0, reach
-    first, second = edge_radius(model, one, margins[0]), edge_radius(model, two, margins[1])
-    return first, second, reach + first + second
+        return 0.0, 0.0
+    return edge_radius(model, one, margins[0]), edge_radius(model, two, margins[1])

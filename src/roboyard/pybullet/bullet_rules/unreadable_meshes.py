@@ -7,12 +7,10 @@ from operator import is_
 from os.path import isfile, join
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from roboyard._lazy import LazyLogger
 from roboyard.description.model import Collision, Mesh, Visual
 from roboyard.errors import DescriptionError, MeshError
-from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh import NO_TRIANGLES
 from roboyard.untrusted.files import read_head
 
 if TYPE_CHECKING:
@@ -123,5 +121,4 @@ def _is_stand_in(shape: Visual) -> bool:
 def _emptied(shape: Visual) -> Visual:
     if not isinstance(shape.geometry, Mesh):
         return shape
-    empty = TriangleMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int32))
-    return replace(shape, geometry=replace(shape.geometry, data=empty))
+    return replace(shape, geometry=replace(shape.geometry, data=NO_TRIANGLES))

@@ -12,7 +12,7 @@ import numpy as np
 from roboyard._lazy import LazyLogger, lazy_module
 from roboyard.description.model import RGBA, Geometry, Mesh
 from roboyard.errors import MeshError
-from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh import NO_TRIANGLES, TriangleMesh
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 _of_models = lazy_module("roboyard.sim.appearance.mjcf_shapes")
 _of_descriptions = lazy_module("roboyard.sim.appearance.shape_appearance")
-_NO_TRIANGLES = TriangleMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), dtype=np.int32))
 _log = LazyLogger("roboyard")
 _PLAIN = (bool, int, float, str, tuple)
 
@@ -207,7 +206,7 @@ def _gather(body: Body) -> dict[int, list[ShapeAppearance]]:
                 render = one.render_shape(geometry, origin, material, body.scale, owner)
             except MeshError as problem:
                 _log.warning("%s: %s; shown as nothing", body.name, problem)
-                geometry = replace(geometry, data=_NO_TRIANGLES)
+                geometry = replace(geometry, data=NO_TRIANGLES)
                 render = one.render_shape(geometry, origin, material, body.scale, owner)
             if render is not None:
                 found.setdefault(index, []).append(one.ShapeAppearance(geometry=geometry, shape=render))

@@ -11,7 +11,7 @@ from roboyard._mujoco import mujoco
 from roboyard._records import dataclass
 from roboyard.sim.build.bodies import build
 from roboyard.sim.build.records import BuildOptions, Built
-from roboyard.sim.build.solver_options import IMMOVABLE, scale_tolerance, total_inertia
+from roboyard.sim.build.solver_options import scale_tolerance, total_inertia
 from roboyard.sim.pool.model_memory import memory_of
 from roboyard.sim.pool.templates import BodyTemplate, row_starts, write_elements
 from roboyard.sim.protocols import EngineBody, PoolEngine
@@ -27,8 +27,6 @@ INACTIVE_JOINTS = ("jnt_limited", "dof_frictionloss")
 """Fields of joints in which it differs, too: inactive joints add no constraints to the solver."""
 FEW_USES = 4
 """Bodies that have used a pooled body from which on all its rows are written at once."""
-FEW_DOFS = 7
-"""Degrees of freedom up to which inertias are summed up one by one, as NumPy does, in less time."""
 _OF_BODIES, _NONE = int(mujoco.mjtObj.mjOBJ_BODY), np.zeros(0, bool)
 _NOWHERE, _UNTURNED = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -307,10 +305,7 @@ class PoolRows:
         )
         if not dofs:
             return 0.0
-        rows = self._array("dof_M0")[_rows("dof", starts, counts)]
-        inertia = sum(rows.tolist()) if dofs <= FEW_DOFS else IMMOVABLE
-        if inertia >= IMMOVABLE:
-            inertia = total_inertia(rows)
+        inertia = total_inertia(self._array("dof_M0")[_rows("dof", starts, counts)])
         self._inertia += sign * inertia
         self._dofs += sign * dofs
         return inertia
