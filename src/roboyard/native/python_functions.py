@@ -49,6 +49,7 @@ PYTHON: dict[str, Any] = {
         "PySequence_Size": WORD(WORD),
         "PySet_Contains": types.int32(WORD, WORD),
         "PySet_Size": WORD(WORD),
+        "PyThread_get_thread_ident": WORD(),
         "PyTuple_GetItem": WORD(WORD, WORD),
         "PyTuple_New": WORD(WORD),
         "PyTuple_SetItem": types.int32(WORD, WORD, WORD),

@@ -10,7 +10,6 @@ the same test.
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import functools
 import sys
@@ -37,6 +36,7 @@ from roboyard.pybullet.face.direct_calls import (
     kept_answers,
 )
 from roboyard.pybullet.face.errors import error, world_failure
+from roboyard.pybullet.face.turns import TURNS
 
 MANY_CALLS, MOST_CALLS = 100, 5000
 """After so many calls a stored front is loaded (0.3 ms), or one is compiled once and for all (0.7 s)."""
@@ -213,7 +213,7 @@ def public(
     if CAN_START:
         values |= {"_next": next, "_numbers": START.numbers, "_when": (MANY, MOST), "_enter": START.enter}
         lines.insert(0, "if _next(_numbers) in _when: _enter()")
-    values |= {"_turn": START.turn, "_callers": START.callers, "_thread": get_ident}
+    values |= {"_turn": TURNS.lock, "_callers": TURNS.callers, "_thread": get_ident}
     lines = ["_callers.add(_thread())", "with _turn:", *(f"    {line}" for line in lines)]
     source = "\n    ".join((f"def public(_call):\n  def {name}({', '.join(shown)}):", *lines))
     exec(code_of(f"{source}\n  return {name}", f"<{_MODULE}.{name}>"), values)  # noqa: S102 - our own source
@@ -230,14 +230,12 @@ def public(
 
 def refusing(function: types.FunctionType) -> types.FunctionType:
     """Return a free function that raises `error` for what the world refuses, as those of commands do."""
-    turn = contextlib.nullcontext() if function.__name__ == "connect" else START.turn  # which may wait long
+    waits = function.__name__ == "connect"  # for a server, maybe one of this process
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
-        START.callers.add(get_ident())
         try:
-            with turn:
-                return function(*args, **kwargs)
+            return function(*args, **kwargs) if waits else TURNS.call(function, *args, **kwargs)
         except error:
             raise
         except REFUSED as problem:
@@ -318,6 +316,8 @@ def of_first_client(
         marks=MARKS[0],
         changed=tuple(MARKS[kind] for kind in changed_answers(similar)),
         free=function,
+        turns=TURNS.in_machine(),
+        other_thread=START.change_thread,
     )
     made = _with_call(call)
     made.entered = START
@@ -330,11 +330,9 @@ def _with_call(call: Call) -> Any:
 
     @functools.wraps(call.free)
     def free(*args: Any, **kwargs: Any) -> int:
-        START.callers.add(get_ident())
-        with START.turn:
-            if next(START.numbers) in (MANY, MOST):
-                START.enter()
-            return call.free(*args, **kwargs)
+        if next(START.numbers) in (MANY, MOST):
+            START.enter()
+        return TURNS.call(call.free, *args, **kwargs)
 
     return free
 

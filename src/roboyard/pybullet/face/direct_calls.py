@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from _thread import RLock
 from collections.abc import Callable, Mapping
 from ctypes import POINTER, c_int64, c_void_p, cast, sizeof
 from functools import partial
@@ -20,6 +19,7 @@ from roboyard.pybullet.face.command_names import (
     changed_answers,
 )
 from roboyard.pybullet.face.errors import error, world_failure
+from roboyard.pybullet.face.turns import TURNS
 
 REFUSED = (RoboyardError, ValueError)
 """Errors of the layers below for values that they refuse; scripts get them as `error`."""
@@ -80,6 +80,10 @@ class Call(NamedTuple):
     notes: str = sys.intern("__notes__")
     old_names: tuple[str, ...] = ()
     """Old spellings of parameters, each before its current name."""
+    turns: Any = None
+    """`Turns.machine`."""
+    other_thread: Any = None
+    """Called when another thread calls than the one that enters machine code."""
 
 
 def open_to_machine_code(number: int, client: Any) -> None:
@@ -132,6 +136,8 @@ def call_of(
         failure_marks=MARKS[KEPT_FAILURES[name]] if fails else DIRECT,
         keep_failure=keep_failure,
         old_names=tuple(sys.intern(name) for pair in aliases.items() for name in pair),
+        turns=TURNS.in_machine(),
+        other_thread=START.change_thread,
     )
 
 
@@ -181,12 +187,9 @@ class Start:
     def __init__(self) -> None:
         """Begin to count."""
         self.numbers = count(1)
-        self.turn = RLock()
-        """Held by each call through Python: threads that share a client take turns, as with PyBullet."""
-        self.callers: set[int] = set()
-        """The threads that have called through Python."""
         self._address = 0
-        self._definitions: list[Any] = []
+        self._definitions: list[tuple[Any, int]] = []
+        """Definitions of built-ins, and the function that each had first."""
         self.waiting: list[tuple[Callable[[], None], tuple[str, ...]]] = []
         self._waits = True
         self.functions: dict[str, Any] = {}
@@ -231,21 +234,35 @@ class Start:
         """
         from roboyard.pybullet.face.entries import FRONT
 
-        if waits and len(self.callers) > 1:
-            return  # machine code calls commands without taking turns
+        if waits and TURNS.is_shared():
+            return
+        TURNS.own()
         self._waits = waits
         is_last = next(self.numbers) > MOST
         self._address = FRONT.address() if FRONT.is_stored or (is_last and FRONT.is_cheap) else 0
-        for definition in self._definitions if self._address else ():
+        for definition, _ in self._definitions if self._address else ():
             definition.function = self._address
         for load, commands in self.waiting if self._address else ():
             self._prepare(load, commands)
 
     def append(self, definition: Any) -> None:
         """Take the definition of a built-in, which enters the machine code now or later."""
-        self._definitions.append(definition)
+        self._definitions.append((definition, definition.function))
         if self._address:
             definition.function = self._address
+
+    def change_thread(self) -> None:
+        """Call functions of Python from all built-ins again, where another thread than the owner calls.
+
+        Where the owner has ended, the other one owns machine code from now on.
+        """
+        if not TURNS.has_owner():
+            TURNS.own()
+            return
+        self._address = 0
+        for definition, function in self._definitions:
+            definition.function = function
+        TURNS.wait_for_machine()
 
 
 def _objects_are_as_known() -> bool:

@@ -11,6 +11,8 @@ is called that may change these. The first of a kind after such a command is not
 answer after each change read none twice. A detection of contacts is kept like an answer, until a command is
 called that may move something: repeated, it finds the same.
 
+One thread alone calls commands in this way, and counts those that run; see `turns`.
+
 Errors of reading what does not exist are kept in the same way, by the arguments, and raised again as new
 exceptions of the same texts. Commands look for one only while there are any.
 """
@@ -20,13 +22,16 @@ from __future__ import annotations
 from roboyard.native.entry_parts import CALLED, FOUND, parts
 from roboyard.native.fronts import Front
 from roboyard.native.signatures import EntrySignature
+from roboyard.pybullet.face.turns import OWNER, RUNNING
 
 SOURCE = f"""
 KIND, SIZE, ITEMS, CONTENT = 1, 2, 3, 2  # of any object, tuples and cells, in words
 CLIENTS, COMMAND, FAILURE, CLIENT, ZERO, NAMES, DEFAULTS, KNOWN, MARKS, CHANGED = range(3, 13)
 ERROR, LONG, SHORT, FAILED, OF_FAILURES, KEEP_FAILURE, NOTES, OLD = range(14, 22)  # after the Python function
+TURNS, OTHER_THREAD = 22, 23
 MARK, LAST = range(2)  # of a list of marks
 FAILURES = 1  # of a list of a mark and failures
+RUNNING, OWNER = {RUNNING}, {OWNER}  # of turns
 
 @part
 def place_of(value, values):
@@ -176,6 +181,14 @@ def entry(callee, given, all_given, keywords):
     if fits:
         for place in range(count):
             passed[place + 1] = given[place]
+    turns = integers(word(call, TURNS))
+    if turns[OWNER] != PyThread_get_thread_ident():
+        result = PyObject_Vectorcall(word(call, OTHER_THREAD), passed, 0, 0)
+        if result == 0:
+            Py_DecRef(call)
+            return 0
+        Py_DecRef(result)
+        fits = False
     if keywords != 0 and fits:
         for place in range(count, word(names, SIZE)):
             passed[place + 1] = 0
@@ -223,7 +236,9 @@ def entry(callee, given, all_given, keywords):
     else:
         passed[0] = client
         Py_IncRef(client)
+        turns[RUNNING] += 1
         result = PyObject_Vectorcall(word(call, COMMAND), passed, total + 1, 0)
+        turns[RUNNING] -= 1
         Py_DecRef(client)
         if result == 0 and PyErr_Occurred() != word(call, ERROR):
             kind, value, trace = words(), words(), words()

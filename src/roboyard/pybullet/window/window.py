@@ -8,6 +8,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.turns import TURNS
 from roboyard.pybullet.state.input_events import key_code
 from roboyard.pybullet.window.camera import WindowCamera
 from roboyard.pybullet.window.drawing import drawing_of
@@ -95,7 +96,9 @@ class Window:
         """
         if self._viewer.watchers:
             self._keep_start()
-        self.gate.wait(self._client.scene.world.time)
+        if not self.gate.is_open():
+            with TURNS.given_up():
+                self.gate.wait(self._client.scene.world.time)
 
     def _keep_start(self) -> None:
         """Save the state to which Reset returns: the one in which bodies were last added or removed."""

@@ -71,13 +71,17 @@ class StepGate:
             self._is_closed = True
             self._condition.notify_all()
 
+    def is_open(self) -> bool:
+        """Return whether `wait` returns at once."""
+        return self.playing and self.speed is None and not self._requests
+
     def wait(self, time: float) -> None:
         """Return when the next step may be made; call it in the stepping thread.
 
         Args:
             time: simulated time (s).
         """
-        if self.playing and self.speed is None and not self._requests:
+        if self.is_open():
             return
         self._serve()
         unwatched = None
