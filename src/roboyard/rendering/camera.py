@@ -11,7 +11,7 @@ from roboyard import transforms
 from roboyard._arrays import ArrayLike, NDArray
 from roboyard._records import dataclass
 from roboyard.rendering.buffers import result
-from roboyard.rendering.matrices import check_range, look_at_view, orbit_view, perspective
+from roboyard.rendering.matrices import check_range, is_rotation, look_at_view, orbit_view, perspective
 
 Array = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ class Camera:
             matrix.setflags(write=False)
             object.__setattr__(self, name, matrix)
         turn = self.view[:3, :3]
-        if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0:
+        if not is_rotation(turn):
             raise ValueError(
                 f"view must be a rotation and a translation, without scale or mirror, got {turn.tolist()}"
             )

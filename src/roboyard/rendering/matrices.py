@@ -74,6 +74,38 @@ def orbit_view(target: ArrayLike, distance: float, yaw: float, pitch: float, rol
     return transforms.inverse_pose(pose)
 
 
+def is_rotation(matrix: Array) -> bool:
+    """Return whether a (3, 3) matrix turns, within the rounding of view matrices, and does nothing else."""
+    return bool(np.abs(matrix @ matrix.T - np.eye(3)).max() <= 1e-3 and np.linalg.det(matrix) > 0.0)
+
+
+def with_rigid_view(to_camera: Array, to_clip: Array) -> tuple[Array, Array]:
+    """Return both (4, 4) matrices with scale, shear and mirror of the first one moved into the second.
+
+    The pictures are the same: `to_camera` is factored into an upper triangular matrix, whose last row keeps
+    the viewing direction, times a rotation; clip coordinates are scaled until w is the depth (m), or 1. A
+    matrix that flattens space is returned as it is.
+    """
+    turn = to_camera[:3, :3]
+    if is_rotation(turn) or not np.isfinite(to_camera).all() or abs(np.linalg.det(turn)) < 1e-12:
+        return to_camera, _with_plain_w(to_clip)
+    orthogonal, triangular = np.linalg.qr(turn[::-1].T)
+    rotation, factor = orthogonal.T[::-1], triangular.T[::-1, ::-1]
+    signs = np.sign(np.diag(factor))
+    signs[0] *= np.sign(np.linalg.det(signs[:, None] * rotation))
+    rotation, factor = signs[:, None] * rotation, factor * signs
+    rigid, rest = np.eye(4), np.eye(4)
+    rigid[:3, :3], rigid[:3, 3] = rotation, np.linalg.solve(factor, to_camera[:3, 3])
+    rest[:3, :3] = factor
+    return rigid, _with_plain_w(to_clip @ rest)
+
+
+def _with_plain_w(to_clip: Array) -> Array:
+    """Return the (4, 4) projection with a last row of (0, 0, -1, 0) or (0, 0, 0, 1), if it is a multiple."""
+    factor = to_clip[3, 3] or -to_clip[3, 2]
+    return to_clip / factor if factor > 0.0 and factor != 1.0 else to_clip
+
+
 def check_range(near: float, far: float) -> None:
     """Raise ValueError unless both depths (m) are positive and `near` is below `far`."""
     if not 0.0 < near < far:

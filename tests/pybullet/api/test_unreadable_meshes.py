@@ -72,3 +72,21 @@ def test_elements_of_xacro_are_skipped_like_unknown_ones(client: int, tmp_path: 
     assert p.getBodyInfo(robot) == (b"a", b"r")
     assert p.getNumJoints(robot) == 0
     assert p.getCollisionShapeData(robot, -1)[0][2:4] == (p.GEOM_BOX, (1.0, 2.0, 3.0))
+
+
+def test_a_mesh_outside_the_folders_of_its_robot_is_a_warning(
+    client: int, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    kept, robot = tmp_path / "kept" / "here", tmp_path / "a" / "b" / "c" / "d" / "robot"
+    kept.mkdir(parents=True)
+    robot.mkdir(parents=True)
+    (kept / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+    (robot / "linked").symlink_to(kept)
+    number = _robot(robot, "collision", "linked/a.obj", None)
+    assert p.getAABB(number) == ((-0.001, -0.001, 0.999), (0.001, 0.001, 1.001))
+    (record,) = caplog.records
+    assert "'linked/a.obj' is outside the robot's folders" in record.getMessage()
+    p.setAdditionalSearchPath(str(kept))
+    number = _robot(robot, "collision", "linked/a.obj", None)
+    assert p.getAABB(number)[1] == pytest.approx((1.003, 1.003, 2.003), abs=1e-6)  # as in PyBullet 3.2.7
+    assert len(caplog.records) == 1

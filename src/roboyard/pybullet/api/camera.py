@@ -130,43 +130,16 @@ def _camera(width: int, height: int, view: tuple[float, ...], projection: tuple[
         error: a matrix cannot be inverted.
     """
     from roboyard.rendering import Camera
+    from roboyard.rendering.matrices import with_rigid_view
 
     to_camera, to_clip = (np.array(matrix).reshape(4, 4).T for matrix in (view, projection))
     # PyBullet samples a pixel at its lower left corner, half a pixel left of and below the centre.
     to_clip[:2] += np.array([[1.0 / max(width, 1)], [1.0 / max(height, 1)]]) * to_clip[3]
-    to_camera, to_clip = _with_rigid_view(to_camera, to_clip)
+    to_camera, to_clip = with_rigid_view(to_camera, to_clip)
     try:
         return Camera(width, height, to_camera, to_clip)
     except ValueError as problem:
         raise failure(_BAD_MATRIX, str(problem)) from None
-
-
-def _with_rigid_view(to_camera: np.ndarray, to_clip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return both (4, 4) matrices with scale, shear and mirror of the first one moved into the second.
-
-    The pictures are the same: `to_camera` is factored into an upper triangular matrix, whose last row keeps
-    the viewing direction, times a rotation; clip coordinates are scaled until w is the depth (m), or 1. A
-    matrix that flattens space is returned as it is.
-    """
-    turn = to_camera[:3, :3]
-    is_rigid = np.abs(turn @ turn.T - np.eye(3)).max() <= 1e-3 and np.linalg.det(turn) > 0.0
-    if is_rigid or not np.isfinite(to_camera).all() or abs(np.linalg.det(turn)) < 1e-12:
-        return to_camera, _with_plain_w(to_clip)
-    orthogonal, triangular = np.linalg.qr(turn[::-1].T)
-    rotation, factor = orthogonal.T[::-1], triangular.T[::-1, ::-1]
-    signs = np.sign(np.diag(factor))
-    signs[0] *= np.sign(np.linalg.det(signs[:, None] * rotation))
-    rotation, factor = signs[:, None] * rotation, factor * signs
-    rigid, rest = np.eye(4), np.eye(4)
-    rigid[:3, :3], rigid[:3, 3] = rotation, np.linalg.solve(factor, to_camera[:3, 3])
-    rest[:3, :3] = factor
-    return rigid, _with_plain_w(to_clip @ rest)
-
-
-def _with_plain_w(to_clip: np.ndarray) -> np.ndarray:
-    """Return the (4, 4) projection with a last row of (0, 0, -1, 0) or (0, 0, 0, 1), if it is a multiple."""
-    factor = to_clip[3, 3] or -to_clip[3, 2]
-    return to_clip / factor if factor > 0.0 and factor != 1.0 else to_clip
 
 
 def _ids(scene: PhysicsScene, owners: np.ndarray, flags: int) -> np.ndarray:

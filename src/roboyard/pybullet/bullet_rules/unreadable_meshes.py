@@ -14,6 +14,7 @@ from roboyard.shapes.mesh import NO_TRIANGLES
 from roboyard.untrusted.files import read_head
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from roboyard.description.model import Link, RobotDescription
@@ -29,8 +30,16 @@ def without_unreadable_meshes(description: RobotDescription) -> RobotDescription
     """Return the description without collision meshes that cannot be read, and with empty visual ones.
 
     Visual meshes are not read before something shows them: only files that are empty, or pointers of git-lfs,
-    are found here. Each file skipped is logged as a warning that says why.
+    are found here. Each file skipped is logged as a warning that says why, also one outside the robot's
+    folders.
     """
+    for uri in dict.fromkeys(uri for link in description.links for uri in _without_file(link)):
+        _log.warning(
+            "%s: mesh %r is outside the robot's folders, links resolved, and skipped; "
+            "setAdditionalSearchPath lets its folder be read",
+            description.source.file or description.name,
+            uri,
+        )
     links = tuple(_readable(link) for link in description.links)
     return description if all(map(is_, links, description.links)) else replace(description, links=links)
 
@@ -42,17 +51,15 @@ def lacks_meshes(description: RobotDescription, folder: Path) -> bool:
         description: of which these files were looked for.
         folder: of its file.
     """
-    for link in description.links:
-        for shape in (*link.collisions, *link.visuals):
-            mesh = shape.geometry
-            if (
-                isinstance(mesh, Mesh)
-                and mesh.path is None
-                and mesh.data is None
-                and not _is_there(mesh.uri, folder)
-            ):
-                return True
-    return False
+    return any(not _is_there(uri, folder) for link in description.links for uri in _without_file(link))
+
+
+def _without_file(link: Link) -> Iterator[str]:
+    """Yield what a link's file calls meshes for which no file was found that may be read."""
+    for shape in (*link.collisions, *link.visuals):
+        mesh = shape.geometry
+        if isinstance(mesh, Mesh) and mesh.path is None and mesh.data is None:
+            yield mesh.uri
 
 
 def _is_there(uri: str, folder: Path) -> bool:

@@ -83,7 +83,7 @@ class Turns:
         finally:
             for _ in range(depth):
                 self.lock.acquire()
-            if running:
+            if machine is not None and running:
                 machine[RUNNING] += running
 
     def _release(self) -> bool:
