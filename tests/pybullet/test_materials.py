@@ -27,6 +27,8 @@ def named(name: str) -> str:
         (colored("m", GREEN), [colored("m", RED), named("m"), named("x"), ""], [RED, RED, WHITE, WHITE]),
         (colored("m", GREEN), [named("m"), colored("n", BLUE)], [GREEN, BLUE]),
         ("", [named("m"), colored("m", RED)], [RED, RED]),
+        ("", ["", colored("", RED), "", named(""), colored("m", BLUE)], [RED, RED, RED, RED, BLUE]),
+        (colored("", BLUE), ["", named(""), colored("m", RED)], [BLUE, BLUE, RED]),
     ],
 )
 def test_a_name_has_one_colour(

@@ -29,6 +29,7 @@ class LoadOptions:
 
     packages: Mapping[str, Path] | None = None
     search_paths: Sequence[Path] = ()
+    readable: Sequence[Path] = ()
     missing_meshes: MissingMeshes = "error"
     strict: bool = False
     words_are_zero: bool = False
@@ -64,13 +65,19 @@ class Format:
     """For a format that is not read yet: the action to take."""
 
 
+def _resolver(file: Path | None, options: LoadOptions) -> Resolver:
+    return Resolver.of_file(
+        file, packages=options.packages, search_paths=options.search_paths, readable=options.readable
+    )
+
+
 def _read_urdf(source: XmlSource, options: LoadOptions) -> RobotDescription:
     elements = UrdfElements(
         file=source.file,
         root=source.root,
         xml_notes=source.notes,
         words_are_zero=options.words_are_zero,
-        resolver=Resolver.of_file(source.file, packages=options.packages, search_paths=options.search_paths),
+        resolver=_resolver(source.file, options),
     )
     return build_description(elements, missing_meshes=options.missing_meshes, strict=options.strict)
 
@@ -78,7 +85,7 @@ def _read_urdf(source: XmlSource, options: LoadOptions) -> RobotDescription:
 def _read_sdf(source: XmlSource, options: LoadOptions) -> RobotDescription:
     from roboyard.description.sdf.build import read_sdf
 
-    resolver = Resolver.of_file(source.file, packages=options.packages, search_paths=options.search_paths)
+    resolver = _resolver(source.file, options)
     root, notes = read_sdf(source.root, source.file, resolver)
     return _read_urdf(XmlSource(root=root, file=source.file, notes=(*source.notes, *notes)), options)
 
@@ -101,6 +108,7 @@ def load_description(
     *,
     packages: Mapping[str, Path] | None = None,
     search_paths: Sequence[Path] = (),
+    readable: Sequence[Path] = (),
     missing_meshes: MissingMeshes = "error",
     strict: bool = False,
     words_are_zero: bool = False,
@@ -114,6 +122,7 @@ def load_description(
         packages: ROS package name to folder, for `package://` and `model://`.
         search_paths: more folders to search for packages and files; see
             `roboyard.description.files.resolver`.
+        readable: folders whose files may be read by absolute paths and links; nothing is searched there.
         missing_meshes: "error", or "note" to keep such shapes with `Mesh.path` None.
         strict: raise an error for everything that would otherwise be corrected and noted.
         words_are_zero: read every word among numbers as 0, as Bullet does; only files called `.xacro` are
@@ -132,6 +141,7 @@ def load_description(
     options = LoadOptions(
         packages=packages,
         search_paths=search_paths,
+        readable=readable,
         missing_meshes=missing_meshes,
         strict=strict,
         words_are_zero=words_are_zero,
@@ -153,7 +163,7 @@ def _xml_source(source: Path | str | ET.ElementTree | ET.Element, options: LoadO
         root, notes = read_xml(source)
         return XmlSource(root=root, notes=notes)
     file = Path(source)
-    resolver = Resolver.of_file(file, packages=options.packages, search_paths=options.search_paths)
+    resolver = _resolver(file, options)
     root, notes = read_robot_xml(file, resolver, options.xacro_args, expand=not options.words_are_zero)
     return XmlSource(root=root, file=file, notes=notes)
 

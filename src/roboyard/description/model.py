@@ -121,6 +121,10 @@ class Plane:
     normal: Vector3 = (0.0, 0.0, 1.0)
 
 
+FLAT = 1e-9
+"""Factor of a mesh that Bullet scales by 0."""
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Mesh:
     """Mesh of a file, or made in memory."""

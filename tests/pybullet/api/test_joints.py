@@ -148,11 +148,23 @@ def arm(client: int, tmp_path: Path) -> int:
     return load(p, tmp_path, useFixedBase=True)
 
 
-def test_degrees_of_freedom_count_a_floating_base(client: int, tmp_path: Path) -> None:
-    assert p.computeDofCount(load(p, tmp_path, useFixedBase=True)) == 6, (
-        "three scalar joints and a spherical one"
+@pytest.mark.parametrize(
+    ("kind", "count"),  # recorded with PyBullet 3.2.7
+    [("spherical", -1), ("planar", -2), ("floating", 1), ("continuous", 2), ("fixed", 1), ("prismatic", 2)],
+)
+@pytest.mark.parametrize("is_fixed", [False, True])
+def test_degrees_of_freedom_are_those_of_hinges_and_slides(
+    client: int, tmp_path: Path, kind: str, count: int, is_fixed: bool
+) -> None:
+    mass = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+    limit = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    links = "".join(f'<link name="{name}">{mass}</link>' for name in "abc")
+    joints = "".join(
+        f'<joint name="{one}{two}" type="{t}"><parent link="{one}"/><child link="{two}"/>{limit}</joint>'
+        for one, two, t in (("a", "b", "continuous"), ("b", "c", kind))
     )
-    assert p.computeDofCount(load(p, tmp_path)) == 12
+    (tmp_path / "r.urdf").write_text(f'<robot name="r">{links}{joints}</robot>')
+    assert p.computeDofCount(p.loadURDF(str(tmp_path / "r.urdf"), useFixedBase=is_fixed)) == count
     assert p.computeDofCount(7) == 0
 
 

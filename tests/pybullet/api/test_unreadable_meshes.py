@@ -10,6 +10,7 @@ import pytest
 import roboyard.pybullet as p
 
 _POINTER = "version https://git-lfs.github.com/spec/v1\noid sha256:4cac\nsize 12345\n"
+_TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 _INERTIAL = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 
 
@@ -80,7 +81,7 @@ def test_a_mesh_outside_the_folders_of_its_robot_is_a_warning(
     kept, robot = tmp_path / "kept" / "here", tmp_path / "a" / "b" / "c" / "d" / "robot"
     kept.mkdir(parents=True)
     robot.mkdir(parents=True)
-    (kept / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+    (kept / "a.obj").write_text(_TETRAHEDRON)
     (robot / "linked").symlink_to(kept)
     number = _robot(robot, "collision", "linked/a.obj", None)
     assert p.getAABB(number) == ((-0.001, -0.001, 0.999), (0.001, 0.001, 1.001))
@@ -90,3 +91,83 @@ def test_a_mesh_outside_the_folders_of_its_robot_is_a_warning(
     number = _robot(robot, "collision", "linked/a.obj", None)
     assert p.getAABB(number)[1] == pytest.approx((1.003, 1.003, 2.003), abs=1e-6)  # as in PyBullet 3.2.7
     assert len(caplog.records) == 1
+
+
+@pytest.mark.parametrize("is_named_before", [False, True])
+def test_a_mesh_in_the_working_directory_or_beside_code_is_read(
+    client: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_named_before: bool
+) -> None:
+    kept, robot = tmp_path / "one" / "kept", tmp_path / "two" / "a" / "robot"
+    kept.mkdir(parents=True)
+    robot.mkdir(parents=True)
+    (kept / "a.obj").write_text(_TETRAHEDRON)
+    if is_named_before:
+        assert p.getAABB(_robot(robot, "collision", str(kept / "a.obj"), None))[1][0] == 0.001
+        monkeypatch.chdir(kept.parent)
+    else:
+        monkeypatch.syspath_prepend(kept)
+    number = _robot(robot, "collision", str(kept / "a.obj"), None)
+    assert p.getAABB(number)[1] == pytest.approx((1.003, 1.003, 2.003), abs=1e-6)  # as in PyBullet 3.2.7
+
+
+def test_an_sdf_file_names_meshes_as_a_urdf_file_does(client: int, tmp_path: Path) -> None:
+    for name in ("robot", "tray"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "tray" / "m.obj").write_text(_TETRAHEDRON)
+    inertia = "<ixx>1</ixx><ixy>0</ixy><ixz>0</ixz><iyy>1</iyy><iyz>0</iyz><izz>1</izz>"
+    mesh = "<geometry><mesh><uri>../tray/m.obj</uri></mesh></geometry>"
+    (tmp_path / "robot" / "a.sdf").write_text(
+        f'<sdf version="1.6"><model name="m"><link name="b"><inertial><mass>1</mass>'
+        f'<inertia>{inertia}</inertia></inertial><collision name="c">{mesh}</collision></link></model></sdf>'
+    )
+    (number,) = p.loadSDF(str(tmp_path / "robot" / "a.sdf"))
+    assert p.getAABB(number)[1] == pytest.approx((1.003, 1.003, 1.003), abs=1e-6)  # as in PyBullet 3.2.7
+
+
+@pytest.mark.parametrize(
+    ("corners", "upper"),  # boxes recorded with PyBullet 3.2.7; warnings of NumPy are errors here
+    [
+        ("v 0 0 0\nv 0 0 0\nv 0 0 0\n", (0.002, 0.002, 0.002)),
+        ("v 0 0 0\nv 1 0 0\nv 2 0 0\n", (2.002, 0.002, 0.002)),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", (1.002, 1.002, 0.002)),
+    ],
+)
+def test_meshes_of_one_point_line_or_triangle_collide(
+    client: int, tmp_path: Path, corners: str, upper: tuple[float, ...]
+) -> None:
+    (tmp_path / "a.obj").write_text(f"{corners}f 1 2 3\n")
+    shape = p.createCollisionShape(p.GEOM_MESH, fileName=str(tmp_path / "a.obj"))
+    assert p.getAABB(p.createMultiBody(1, shape))[1] == pytest.approx(upper, abs=1e-6)
+
+
+def test_a_mesh_that_is_scaled_by_zero_is_flat(client: int, tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text(_TETRAHEDRON)
+    mesh = '<geometry><mesh filename="a.obj" scale="0.5 0.5 0.0"/></geometry>'
+    for kind, upper in (("visual", (0.001, 0.001, 0.001)), ("collision", (0.503, 0.503, 0.003))):
+        (tmp_path / "r.urdf").write_text(
+            f'<robot name="r"><link name="a">{_INERTIAL}<{kind}>{mesh}</{kind}></link></robot>'
+        )
+        body = p.loadURDF(str(tmp_path / "r.urdf"))
+        assert p.getAABB(body)[1] == pytest.approx(upper, abs=1e-6), kind  # as in PyBullet 3.2.7
+    shape = p.createCollisionShape(p.GEOM_MESH, fileName=str(tmp_path / "a.obj"), meshScale=[0.5, 0.5, 0.0])
+    assert p.getAABB(p.createMultiBody(1, shape))[1] == pytest.approx((0.502, 0.502, 0.002), abs=1e-6)
+
+
+def test_triangles_have_a_margin_if_they_are_no_file(client: int, tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text(_TETRAHEDRON)
+    corners, indices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]
+    for margin, shape in (  # as in PyBullet 3.2.7
+        (0.001, p.createCollisionShape(p.GEOM_MESH, vertices=corners, indices=indices)),
+        (
+            0.0,
+            p.createCollisionShape(
+                p.GEOM_MESH, fileName=str(tmp_path / "a.obj"), flags=p.GEOM_FORCE_CONCAVE_TRIMESH
+            ),
+        ),
+    ):
+        body = p.createMultiBody(0, shape)
+        assert p.getDynamicsInfo(body, -1)[11] == margin
+        assert p.getAABB(body)[1] == pytest.approx([1.0 + margin] * 3, abs=1e-6)
+        p.changeDynamics(body, -1, collisionMargin=0.01)
+        assert p.getDynamicsInfo(body, -1)[11] == 0.01
+        assert p.getAABB(body)[1] == pytest.approx([1.01] * 3, abs=1e-6)

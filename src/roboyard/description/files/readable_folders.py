@@ -29,6 +29,7 @@ class ReadableFolders:
     real_base: Path | None
     packages: Mapping[str, Path]
     search_paths: Sequence[Path]
+    readable: Sequence[Path]
     environment: Mapping[str, str]
 
     @cached_property
@@ -60,6 +61,7 @@ class ReadableFolders:
     def trusted(self) -> tuple[Path, ...]:
         """Folders whose files are read by any path that leads to them."""
         roots = [*(Path(os.path.abspath(folder)) for folder in self.packages.values()), *self.given]  # noqa: PTH100
+        roots += self.readable
         roots.append(Path(os.path.abspath(mesh_folder())))  # noqa: PTH100 - meshes of stages, written by us
         if self.package is not None:
             roots.append(self.package)

@@ -17,8 +17,7 @@ resolved before the check:
 
 A file that is in none of these places is looked for in the description's own tree by the end of its path (see
 `roboyard.description.files.moved_files`), which finds the files of robots that were moved. Anything else
-is reported as not
-found, with the remedy of naming its folder in `search_paths`.
+is reported as not found, with the remedy of naming its folder in `search_paths`.
 """
 
 from __future__ import annotations
@@ -75,6 +74,7 @@ class Resolver:
         real_base: the same where the description's file is a symbolic link: the folder of the file itself.
         packages: package name to folder.
         search_paths: folders searched for relative paths, packages and models.
+        readable: folders whose files may be read, but in which nothing is searched.
         environment: where the ROS and Gazebo search paths are looked up; `os.environ` by default.
     """
 
@@ -82,6 +82,7 @@ class Resolver:
     real_base: Path | None = None
     packages: Mapping[str, Path] | None = None
     search_paths: Sequence[Path] = ()
+    readable: Sequence[Path] = ()
     environment: Mapping[str, str] | None = None
 
     @classmethod
@@ -91,6 +92,7 @@ class Resolver:
         *,
         packages: Mapping[str, Path] | None = None,
         search_paths: Sequence[Path] = (),
+        readable: Sequence[Path] = (),
     ) -> Resolver:
         """Return the resolver of a description's file; None for one made in memory."""
         return cls(
@@ -98,6 +100,7 @@ class Resolver:
             real_base=None if file is None else _real_base(file),
             packages={name: _path(folder) for name, folder in (packages or {}).items()},
             search_paths=[_path(folder) for folder in search_paths],
+            readable=readable,
         )
 
     def resolve(self, uri: str) -> Resolved:
@@ -298,6 +301,7 @@ class Resolver:
             real_base=self.real_base,
             packages=self.packages or {},
             search_paths=self.search_paths,
+            readable=self.readable,
             environment=os.environ if self.environment is None else self.environment,
         )
 

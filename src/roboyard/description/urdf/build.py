@@ -55,7 +55,12 @@ def build_description(
     for note in elements.xml_notes:
         problems.note(None, "", note)
     materials = {material.element: material for material in elements.materials}
-    context = BuildContext(problems=problems, materials=materials, missing_meshes=missing_meshes)
+    context = BuildContext(
+        problems=problems,
+        materials=materials,
+        missing_meshes=missing_meshes,
+        can_flatten=elements.words_are_zero,
+    )
     return _build_robot(elements, context)
 
 

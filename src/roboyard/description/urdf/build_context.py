@@ -24,6 +24,8 @@ class BuildContext:
     materials: Mapping[ET.Element, MaterialElement]
     """By their XML element."""
     missing_meshes: MissingMeshes
+    can_flatten: bool = False
+    """Whether meshes may have a scale of 0, as Bullet reads them: they become flat."""
 
 
 def unread_attributes(element: ET.Element, *known: str) -> Attributes:

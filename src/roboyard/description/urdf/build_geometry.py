@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from typing import cast
 
-from roboyard.description.model import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere, Vector3
+from roboyard.description.model import FLAT, Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere, Vector3
 from roboyard.description.urdf.build_context import BuildContext
 from roboyard.description.urdf.elements import GEOMETRY_TAGS, MeshElement, ShapeElement
 from roboyard.description.urdf.problems import Problems
@@ -63,7 +63,10 @@ def _mesh(mesh: MeshElement, who: str, context: BuildContext) -> Mesh | None:
     if text is not None and len(text.split()) == 1 and is_readable:
         message = f"<mesh scale> holds one number; {scale[0]:g} is taken for all three axes"
         problems.note(element, who, message)
-    if not all(scale):
+    if not all(scale) and context.can_flatten:
+        scale = tuple(factor or FLAT for factor in scale)
+        problems.note(element, who, f'<mesh scale="{text}"> flattens the mesh')
+    elif not all(scale):
         problems.error(element, who, f'<mesh scale="{text}"> flattens the mesh; give factors other than zero')
     if mesh.found.path is None:
         report = problems.error if context.missing_meshes == "error" else problems.note

@@ -39,14 +39,15 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
         DescriptionError: the robot cannot be used even after repair.
         ConfigError: the robot is too large to import.
     """
+    links = len(context.source.links)
+    if links > MAX_LINKS:
+        raise ConfigError(
+            f"{context.urdf.name}: {links} links are more than an import allows ({MAX_LINKS}); "
+            "split the robot"
+        )
     source = without_missing_meshes(context.source, context.config.missing_meshes, context.log)
     made = repair_urdf(source, context.urdf_folder, keep=KEPT)
     _record(context, made)
-    if made.after.facts.links > MAX_LINKS:
-        raise ConfigError(
-            f"{context.urdf.name}: {made.after.facts.links} links are more than an import allows "
-            f"({MAX_LINKS}); split the robot"
-        )
     remaining = [f for f in made.before.findings if f.code in NO_FILE]
     remaining += [f for f in made.after.findings if f.severity == ERROR and f.code not in NO_FILE]
     if remaining:

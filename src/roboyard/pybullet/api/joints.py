@@ -38,7 +38,7 @@ def getNumJoints(client: Client, bodyUniqueId: int) -> int:
 
 @command()
 def computeDofCount(client: Client, bodyUniqueId: int) -> int:
-    """Return the degrees of freedom of a body's joints, plus six if it was loaded with a floating base."""
+    """Return how many hinges and slides a body has; -1 or -2 if it has a spherical or planar joint first."""
     record = client.scene.bodies.get(whole(bodyUniqueId))
     return 0 if record is None else record.dof_count
 

@@ -18,13 +18,20 @@ from roboyard.pybullet.bullet_rules.models import BodyModel, bullet_model
 from roboyard.pybullet.bullet_rules.unreadable_meshes import (
     lacks_meshes,
     refuse_unknown_types,
+    skips_meshes,
     without_unreadable_meshes,
 )
 from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.bodies.body_records import MULTIBODY, RIGID_BODY
-from roboyard.pybullet.state.file_search import find_file, is_as_named, is_file, not_found_remedy
+from roboyard.pybullet.state.file_search import (
+    find_file,
+    is_as_named,
+    is_file,
+    not_found_remedy,
+    program_folders,
+)
 from roboyard.pybullet.state.pair_filters import self_collisions
 from roboyard.pybullet.state.soft_records import add_soft_body
 from roboyard.sim.build.planned import collision_meshes
@@ -193,18 +200,16 @@ def read_description(client: Client, path: Path) -> RobotDescription:
     found = _cached_description(client, path)
     if found is None:
         key = _key_of(path)
-        search = _search_paths(client)
-        found = load_description(path, search_paths=search, missing_meshes="note", words_are_zero=True)
+        search, readable = _search_paths(client), _readable_folders(client)
+        load = partial(load_description, path, readable=readable, words_are_zero=True)
+        found = load(search_paths=search, missing_meshes="note")
         if lacks_meshes(found, path.parent):  # Bullet looks below the folders above, too, the nearest first
             above = [
                 folder for folder in path.absolute().parents[1:_FOLDERS_ABOVE] if folder != folder.parent
             ]
-            paths = [*search, *above]
-            found = load_description(path, search_paths=paths, missing_meshes="note", words_are_zero=True)
-            if lacks_meshes(
-                found, path.parent
-            ):  # raises the error that says which, and where they were sought
-                load_description(path, search_paths=search, words_are_zero=True)
+            found = load(search_paths=[*search, *above], missing_meshes="note")
+            if lacks_meshes(found, path.parent):
+                load(search_paths=search)  # raises the error that says which, and where they were looked for
         if any(TEXT_NOTE in note for note in found.notes):
             raise DescriptionError("text behind the root element; remove it", file=path)
         for joint in found.joints:
@@ -217,9 +222,9 @@ def read_description(client: Client, path: Path) -> RobotDescription:
                 )
         refuse_unknown_types(found)
         found = shared_materials(found)
-        readable = without_unreadable_meshes(found)
-        if readable is not found:  # not cached: the files may be fetched meanwhile
-            return readable
+        complete = without_unreadable_meshes(found)
+        if skips_meshes(found) or complete is not found:  # not cached: the files may be fetched meanwhile
+            return complete
         _cache[key] = found
         while len(_cache) > _CACHE_SIZE:
             del _cache[next(iter(_cache))]
@@ -244,7 +249,8 @@ def loadSDF(
     ids = []
     try:
         uses_cache = bool(client.parameters.file_caching)
-        for part in read_models(path, _search_paths(client), uses_cache=uses_cache):
+        folders = _search_paths(client), _readable_folders(client)
+        for part in read_models(path, *folders, uses_cache=uses_cache):
             model = _model_of(part.description, 0, scale, part.is_static)
             record = client.scene.add(
                 model,
@@ -315,6 +321,11 @@ def _search_paths(client: Client) -> list[Path]:
     """
     given = [client.search.folder.absolute()] if client.search.folder else []
     return [*given, *client.named_folders]
+
+
+def _readable_folders(client: Client) -> tuple[Path, ...]:
+    """Return the folders whose files may be named besides; none for what strangers load through a server."""
+    return program_folders() if client.output_files.is_free else ()
 
 
 def _note_folder(client: Client, folder: Path) -> None:

@@ -15,7 +15,8 @@ def shared_materials(description: RobotDescription) -> RobotDescription:
 
     Some exporters give all materials one name; Bullet then shows all links in the last one's colour. A
     reference is the same object as its definition, which distinguishes the two. Materials of a texture alone,
-    and those that the robot defines by nothing but a name, are grey.
+    and those that the robot defines by nothing but a name, are grey. Shapes without a material are shown in
+    the one whose name is blank.
     """
     named = {material.name for material in description.materials}
     seen = {id(material) for material in description.materials}
@@ -28,6 +29,9 @@ def shared_materials(description: RobotDescription) -> RobotDescription:
             continue
         seen.add(id(material))
         last[material.name] = material
+    blank = next((material for material in description.materials if material.name == ""), None)
+    if blank is not None:
+        last.setdefault("", blank)
     if not last and not has_grey:
         return description
     return replace(description, links=tuple(_with(link, last, named) for link in description.links))
@@ -37,8 +41,9 @@ def _with(link: Link, materials: dict[str, Material], named: set[str | None]) ->
     visuals = []
     for visual in link.visuals:
         material = visual.material
-        if material is not None and material.name is not None:
-            material = materials.get(material.name, material)
+        name = "" if material is None else material.name
+        if name is not None:
+            material = materials.get(name, material)
         if material is not None and _is_grey(material, named):
             material = replace(material, rgba=GREY)
         visuals.append(visual if material is visual.material else replace(visual, material=material))

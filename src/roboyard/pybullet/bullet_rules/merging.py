@@ -77,13 +77,15 @@ def _node(link: Link, joints: tuple[Joint, ...]) -> _Node:
 
 
 def _absorb(node: _Node, child: _Node, pose: Array, is_static: bool) -> None:
-    """Add a child's shapes, and its mass unless the node is a fixed base."""
+    """Add a child's shapes, and its mass unless the node is a fixed base, whose inertial frame is its own."""
     node.link = replace(
         node.link,
         visuals=(*node.link.visuals, *(_moved(shape, pose) for shape in child.link.visuals)),
         collisions=(*node.link.collisions, *(_moved(shape, pose) for shape in child.link.collisions)),
     )
     if is_static:
+        if node.link.inertial is not None:
+            node.link = replace(node.link, inertial=replace(node.link.inertial, origin=Pose()))
         return
     there = pose[:3, :3] @ child.center + pose[:3, 3]
     mass = node.mass + child.mass

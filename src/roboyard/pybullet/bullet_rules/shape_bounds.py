@@ -33,7 +33,7 @@ from roboyard.sim.physics_profile import BULLET
 from roboyard.transforms import Array, matrix_from_quaternion
 
 MARGIN = 0.001
-"""Margin of every shape except spheres and capsules, whose margin is their radius (m)."""
+"""Margin (m) of every shape but spheres and capsules, whose margin is their radius, and triangles of files."""
 BETWEEN_ENDS = "fromto"
 """Attribute of capsules that MJCF files give by two points; Bullet makes them of two spheres."""
 TWO_SPHERES_MARGIN = 0.04
@@ -51,7 +51,7 @@ class LinkBounds:
     """The box around all of a link's shapes."""
 
     corners: Array
-    """(2, 3) corners in the link's inertial frame (m), without the margin of hulls and compounds."""
+    """(2, 3) corners in the link's inertial frame (m), without the margin of those that grow."""
     margin: float
     """Margin of the shape, or of the compound (m)."""
     kind: Literal["sphere", "cylinder", "solid", "hull", "compound", "plane", "triangles"]
@@ -60,13 +60,13 @@ class LinkBounds:
     """Whether the margin is a radius, which scripts cannot change."""
 
     def grown(self, margin: float) -> Array:
-        """Return (2, 3) corners with the margin of a hull or compound (m)."""
+        """Return (2, 3) corners with the margin of a hull, of triangles or of a compound (m)."""
         return self.corners + margin * np.array([[-1.0], [1.0]]) if self.grows else self.corners
 
     @property
     def grows(self) -> bool:
-        """Whether the corners are those of a hull or compound, without its margin."""
-        return self.kind in ("hull", "compound")
+        """Whether the corners are those of a hull, of triangles or of a compound, without their margin."""
+        return self.kind in ("hull", "compound", "triangles")
 
 
 _KNOWN = 256
@@ -228,8 +228,8 @@ def _bounds_of_one(shape: Collision, corners: Array, *, implicit_cylinder: bool)
             pass
         case Mesh() if not shape.concave:
             pass
-        case Mesh():
-            return LinkBounds(corners=corners, margin=MARGIN, kind="triangles")
+        case Mesh(path=path):
+            return LinkBounds(corners=corners, margin=MARGIN if path is None else 0.0, kind="triangles")
         case _:
             return LinkBounds(corners=corners, margin=MARGIN, kind="solid")
     return LinkBounds(corners=corners + MARGIN * np.array([[1.0], [-1.0]]), margin=MARGIN, kind="hull")

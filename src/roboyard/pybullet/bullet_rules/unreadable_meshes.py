@@ -30,18 +30,23 @@ def without_unreadable_meshes(description: RobotDescription) -> RobotDescription
     """Return the description without collision meshes that cannot be read, and with empty visual ones.
 
     Visual meshes are not read before something shows them: only files that are empty, or pointers of git-lfs,
-    are found here. Each file skipped is logged as a warning that says why, also one outside the robot's
-    folders.
+    are found here. Each file skipped is logged as a warning that says why.
     """
-    for uri in dict.fromkeys(uri for link in description.links for uri in _without_file(link)):
+    links = tuple(_readable(link) for link in description.links)
+    return description if all(map(is_, links, description.links)) else replace(description, links=links)
+
+
+def skips_meshes(description: RobotDescription) -> bool:
+    """Return whether meshes are skipped that the description may not read; each is logged as a warning."""
+    skipped = dict.fromkeys(uri for link in description.links for uri in _without_file(link))
+    for uri in skipped:
         _log.warning(
             "%s: mesh %r is outside the robot's folders, links resolved, and skipped; "
             "setAdditionalSearchPath lets its folder be read",
             description.source.file or description.name,
             uri,
         )
-    links = tuple(_readable(link) for link in description.links)
-    return description if all(map(is_, links, description.links)) else replace(description, links=links)
+    return bool(skipped)
 
 
 def lacks_meshes(description: RobotDescription, folder: Path) -> bool:

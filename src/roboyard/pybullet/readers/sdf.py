@@ -13,6 +13,7 @@ import numpy as np
 
 from roboyard._records import dataclass
 from roboyard.description import load_description
+from roboyard.description.files.resolver import Resolver
 from roboyard.description.model import RobotDescription
 from roboyard.description.sdf.parts import (
     axis_element,
@@ -22,9 +23,14 @@ from roboyard.description.sdf.parts import (
     shape_element,
 )
 from roboyard.description.sdf.values import made, pose_of, text_of
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import LocatedElement, line_of, read_xml
 from roboyard.errors import DescriptionError
-from roboyard.pybullet.bullet_rules.unreadable_meshes import lacks_meshes, refuse_unknown_types
+from roboyard.pybullet.bullet_rules.unreadable_meshes import (
+    lacks_meshes,
+    refuse_unknown_types,
+    skips_meshes,
+)
 from roboyard.transforms import Array, quaternion_from_matrix
 
 _LIMITS = ("lower", "upper", "effort", "velocity")
@@ -49,12 +55,15 @@ _files: dict[tuple[Path, int, int], list[SdfModel]] = {}
 """By path, modification time and size."""
 
 
-def read_models(path: Path, search_paths: Sequence[Path], *, uses_cache: bool) -> list[SdfModel]:
+def read_models(
+    path: Path, search_paths: Sequence[Path], readable: Sequence[Path] = (), *, uses_cache: bool
+) -> list[SdfModel]:
     """Do what `load_sdf` does, once for a file that has not changed, whose bodies share descriptions.
 
     Args:
         path: SDF file.
         search_paths: folders where meshes are searched after the file's own.
+        readable: folders whose files may be read, but in which nothing is searched.
         uses_cache: whether a file may be as it was when it was read before with the same time and size.
 
     Raises:
@@ -64,7 +73,7 @@ def read_models(path: Path, search_paths: Sequence[Path], *, uses_cache: bool) -
     key = path, stamp.st_mtime_ns, stamp.st_size
     known = _files.get(key) if uses_cache else None
     if known is None:
-        known = load_sdf(path, search_paths)
+        known = load_sdf(path, search_paths, readable)
         if uses_cache and not any(part.description.notes for part in known):  # as of a mesh that was moved
             _files[key] = known
             while len(_files) > _CACHE_SIZE:
@@ -72,7 +81,7 @@ def read_models(path: Path, search_paths: Sequence[Path], *, uses_cache: bool) -
     return known
 
 
-def load_sdf(path: Path, search_paths: Sequence[Path] = ()) -> list[SdfModel]:
+def load_sdf(path: Path, search_paths: Sequence[Path] = (), readable: Sequence[Path] = ()) -> list[SdfModel]:
     """Return all models of a file (of its world, if it has one), in file order.
 
     Raises:
@@ -84,26 +93,24 @@ def load_sdf(path: Path, search_paths: Sequence[Path] = ()) -> list[SdfModel]:
             f"the root element is <{root.tag}>, expected <sdf>", file=path, line=line_of(root)
         )
     world = root.find("world")
+    resolver = Resolver.of_file(path, search_paths=search_paths, readable=readable)
     return [
-        _read_model(model, path, [path.parent, *search_paths])
-        for model in (root if world is None else world).findall("model")
+        _read_model(model, path, resolver) for model in (root if world is None else world).findall("model")
     ]
 
 
-def _read_model(model: ET.Element, path: Path, search_paths: Sequence[Path]) -> SdfModel:
+def _read_model(model: ET.Element, path: Path, resolver: Resolver) -> SdfModel:
     poses = {link.get("name", ""): pose_of(link) for link in model.findall("link")}
     robot = made("robot", model, name=model.get("name", ""))
     robot.extend(_link(link) for link in model.findall("link"))
     robot.extend(_joint(joint, poses) for joint in model.findall("joint"))
     try:
-        description = load_description(
-            robot, search_paths=search_paths, missing_meshes="note", words_are_zero=True
-        )
-        if lacks_meshes(
-            description, path.parent
-        ):  # raises the error that says which, and where they were looked for
-            load_description(robot, search_paths=search_paths, words_are_zero=True)
+        elements = UrdfElements(file=None, root=robot, resolver=resolver, words_are_zero=True)
+        description = load_description(elements, missing_meshes="note")
+        if lacks_meshes(description, path.parent):
+            load_description(elements)  # raises the error that says which, and where they were looked for
         refuse_unknown_types(description)
+        skips_meshes(description)
     except DescriptionError as problem:
         raise DescriptionError(
             str(problem), file=path, line=line_of(model), element=f'model "{model.get("name", "")}"'

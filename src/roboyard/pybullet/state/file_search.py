@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from functools import lru_cache
 from os import F_OK, access, getcwd, pardir
-from os.path import isabs, isfile, islink, join, normcase, samefile
+from os.path import expanduser, isabs, isfile, islink, join, normcase, samefile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,24 @@ class SearchPath:
 
 
 OF_PROCESS = SearchPath()
+
+
+def program_folders() -> tuple[Path, ...]:
+    """Return the folders of this program's code and the working directory, without those around all files.
+
+    Robots that it writes into a temporary folder, or keeps beside its code, name meshes there.
+    """
+    try:
+        return _program_folders(getcwd(), tuple(sys.path))  # noqa: PTH109
+    except FileNotFoundError:  # the working directory was removed
+        return _program_folders("", tuple(sys.path))
+
+
+@lru_cache(maxsize=8)
+def _program_folders(working: str, searched: tuple[str, ...]) -> tuple[Path, ...]:
+    home = Path(expanduser("~"))  # noqa: PTH111
+    folders = [folder for folder in map(Path, dict.fromkeys((working, *searched))) if folder.is_absolute()]
+    return tuple(folder for folder in folders if not home.is_relative_to(folder) and folder.is_dir())
 
 
 @lru_cache(maxsize=256)

@@ -200,7 +200,8 @@ def rounded(points: Array, steps: int) -> Array:
     lower, upper = bounding_box(points)
     size = (upper - lower) * (1.0 / steps)  # Bullet divides so; a corner at a step depends on the last bit
     middle = (lower + upper) * 0.5
-    return np.trunc((points - middle) * (1.0 / size)) * size + middle
+    per_step = np.divide(1.0, size, out=np.zeros(3), where=size > 0.0)
+    return np.trunc((points - middle) * per_step) * size + middle
 
 
 def _thickened(points: Array) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
 from roboyard.description.model import (
+    FLAT,
     Box,
     Capsule,
     Collision,
@@ -26,7 +27,15 @@ from roboyard.description.model import (
 from roboyard.errors import MeshError
 from roboyard.pybullet.api.shapes.terrain import FAILED, heightfield, points_of, replace_heights
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.arguments import Quaternion, number, quaternion_or, text, vector3_or, whole
+from roboyard.pybullet.face.arguments import (
+    Quaternion,
+    Vector3,
+    number,
+    quaternion_or,
+    text,
+    vector3_or,
+    whole,
+)
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
@@ -237,8 +246,14 @@ def plain_geometry(
     if kind == c.GEOM_PLANE:
         return Plane(normal=vector3_or(normal, _UP))
     if kind == c.GEOM_MESH:
-        return _mesh(client, file_name, vector3_or(mesh_scale, UNIT), vertices, indices, message)
+        return _mesh(client, file_name, scale_of(mesh_scale), vertices, indices, message)
     raise failure(message, f"shape type {kind} is unknown; use GEOM_SPHERE, GEOM_BOX, GEOM_MESH, ...")
+
+
+def scale_of(given: Vector) -> Vector3:
+    """Return the factors of a mesh along its axes; 0 makes it flat, as in Bullet."""
+    x, y, z = vector3_or(given, UNIT)
+    return x or FLAT, y or FLAT, z or FLAT
 
 
 def _mesh(

@@ -32,6 +32,7 @@ from roboyard.pybullet.api.shapes.collision_shapes import (
     memory_meshes,
     plain_geometry,
     pose_of,
+    scale_of,
 )
 from roboyard.pybullet.bullet_rules.shape_bounds import is_between_ends
 from roboyard.pybullet.bullet_rules.single_precision import matrix_signed
@@ -414,10 +415,10 @@ def _visual(
         path = find_file(client.search.folder, text(file_name), client.mounts)
         if path is None:
             return None
-        geometry: Geometry = Mesh(uri=file_name, path=path, scale=vector3_or(mesh_scale, UNIT))
+        geometry: Geometry = Mesh(uri=file_name, path=path, scale=scale_of(mesh_scale))
     elif kind == c.GEOM_MESH and vertices is not None and len(vertices):
         data = memory_meshes().mesh_of(vertices, indices, normals, uvs)
-        geometry = Mesh(uri="", path=None, scale=vector3_or(mesh_scale, UNIT), data=data)
+        geometry = Mesh(uri="", path=None, scale=scale_of(mesh_scale), data=data)
     else:
         geometry = plain_geometry(
             *(client, kind, radius, half_extents, length, file_name, mesh_scale, normal),

@@ -184,8 +184,8 @@ class BodyRecord:
         self.infos: Sequence[tuple[Any, ...]] = model.once("infos", joint_infos) if kind == MULTIBODY else ()
         """The fields of getJointInfo; empty for rigid bodies, whose joints are hidden, as in PyBullet."""
         self.joint_count = len(self.infos)
-        self.dof_count = sum(VELOCITY_COUNT[info[2]] for info in self.infos) + 6 * (not model.fixed_base)
-        """Degrees of freedom of the joints, plus six if it was loaded with a floating base."""
+        self.dof_count = _dof_count(self.infos)
+        """As computeDofCount has it."""
         self.links = [LinkState(**fields) for fields in model.once("links", _link_fields)]
         self.shapes = BodyShapes(model, self.links, body, at_inertial=kind != MULTIBODY)
         """Its shapes as Bullet has them."""
@@ -437,3 +437,17 @@ def _shown(frame: Pose) -> Pose:
     if frame.quaternion[3] > 0.5:
         return frame
     return Pose(position=frame.position, quaternion=matrix_signed(*frame.quaternion))
+
+
+def _dof_count(infos: Sequence[tuple[Any, ...]]) -> int:
+    """Return the number of hinges and slides, -1 or -2 if a spherical or planar joint comes, as in Bullet."""
+    count = 0
+    for info in infos:
+        if info[2] in _NO_COUNT:
+            return _NO_COUNT[info[2]]
+        count += VELOCITY_COUNT[info[2]]
+    return count
+
+
+_NO_COUNT = {2: -1, 3: -2}
+"""Types of joints that Bullet does not count, and what it gives instead."""
