@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from plain_box_tree import BoxTree, Node
 
 from roboyard.sim.stepping.broad_phase.box_tree import (
@@ -27,6 +28,7 @@ from roboyard.sim.stepping.broad_phase.pair_table import (
     find_place,
     note_place,
 )
+from roboyard.sim.stepping.impulses.point_arrays import tree_of_boxes
 
 
 class _Arrays:
@@ -115,6 +117,22 @@ def test_a_tree_of_boxes_that_are_not_numbers_ends() -> None:
         arrays.move(leaves[step % 5], boxes[(step + 2) % 5])
         arrays.improve()
     assert sorted(arrays.order()) == list(range(5))
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 9])
+def test_the_tree_of_several_boxes_is_that_of_one_after_the_other(count: int) -> None:
+    rng = np.random.default_rng(count)
+    boxes = [_random_box(rng) for _ in range(count)]
+    arrays = _Arrays(2 * count + 2)
+    arrays.ties[:] = -1
+    expected = [arrays.add(box, -1) for box in boxes]
+    leaves, nodes, ties, tree = tree_of_boxes(np.array(boxes).reshape(count, 6))
+    assert leaves.tolist() == expected
+    np.testing.assert_array_equal(nodes, arrays.nodes)
+    used = int(tree[TOP])
+    np.testing.assert_array_equal(ties[:used, :LINK], arrays.ties[:used, :LINK])
+    assert tree[[ROOT, TOP]].tolist() == arrays.tree[[ROOT, TOP]].tolist()
+    assert (nodes.dtype, ties.dtype, tree.dtype) == (np.float64, np.int32, np.int64)
 
 
 def test_places_of_pairs_are_found_as_in_a_dictionary() -> None:

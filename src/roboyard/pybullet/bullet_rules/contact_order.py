@@ -128,24 +128,34 @@ def _tree_of(boxes: Array, branches: Sequence[_Branch]) -> _Branch:
         return branches[0]
     leaves, _, ties, tree = tree_of_boxes(boxes)
     branch_of = dict(zip(leaves.tolist(), branches, strict=True))
+    sides: list[tuple[int, int]] = ties[:, [FIRST, SECOND]].tolist()
     order, nodes, stack = list[int](), list[int](), [int(tree[ROOT])]
     while stack:
         node = stack.pop()
-        if ties[node, SECOND] < 0:
+        first, second = sides[node]
+        if second < 0:
             order += branch_of[node][0]
             nodes += branch_of[node][1]
             continue
-        nodes.append(_parts_below(ties, branch_of, int(ties[node, SECOND])))
-        stack += [int(ties[node, FIRST]), int(ties[node, SECOND])]
+        nodes.append(_parts_below(sides, branch_of, second))
+        stack += [first, second]
     return order, nodes
 
 
-def _parts_below(ties: np.ndarray, branch_of: dict[int, _Branch], node: int) -> int:
+def _parts_below(sides: list[tuple[int, int]], branch_of: dict[int, _Branch], node: int) -> int:
+    """Return the number of parts below a node.
+
+    Args:
+        sides: first and second side of each node, the second -1 for leaves.
+        branch_of: branches at the leaves.
+        node: the node.
+    """
     count, stack = 0, [node]
     while stack:
         node = stack.pop()
-        if ties[node, SECOND] < 0:
+        first, second = sides[node]
+        if second < 0:
             count += len(branch_of[node][0])
         else:
-            stack += [int(ties[node, FIRST]), int(ties[node, SECOND])]
+            stack += [first, second]
     return count

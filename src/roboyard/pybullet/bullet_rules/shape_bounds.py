@@ -288,7 +288,7 @@ def _mesh_bounds(mesh: Mesh, *, is_rounded: bool = False) -> Array | None:
     triangles = load_scaled(mesh, 1.0)
     if triangles is None or not len(triangles.vertices):
         return None
-    box = np.stack([triangles.vertices.min(axis=0), triangles.vertices.max(axis=0)]).astype(float)
+    box = triangles.bounds
     if not is_rounded or not (box[0] < box[1]).all():
         return box
     return rounded(box.astype(np.float32).astype(float) if is_single(mesh, 1.0) else box, BULLET.hull_steps)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import product
 
 import numpy as np
 
@@ -112,15 +113,25 @@ def tree_of_boxes(boxes: Array) -> tuple[np.ndarray, Array, np.ndarray, np.ndarr
         (n,) leaves, and the arrays `nodes`, `ties` and `tree` of `box_tree`.
     """
     count = len(boxes)
-    nodes, ties = np.zeros((2 * count + 2, NODE)), np.full((2 * count + 2, TIES), -1, np.int32)
-    tree = np.full(TREE, -1, np.int64)
-    tree[[TOP, WAY, ENTERED]] = 0
-    leaves = np.zeros(count, np.int32)
-    for place, box in enumerate(boxes):
-        leaf = leaves[place] = enter_leaf(ties, tree)
-        nodes[leaf] = [*box, *(box[:3] + box[3:])]
+    room = 2 * count + 2
+    # dictionaries by the places in arrays, whose single numbers take Python several times as long
+    nodes = dict.fromkeys(product(range(room), range(NODE)), 0.0)
+    ties = dict.fromkeys(product(range(room), range(TIES)), -1)
+    tree, leaves = [-1] * TREE, list[int]()
+    tree[TOP] = tree[WAY] = tree[ENTERED] = 0
+    for low_x, low_y, low_z, high_x, high_y, high_z in boxes.tolist():
+        leaf = enter_leaf(ties, tree)
+        leaves.append(leaf)
+        sums = low_x + high_x, low_y + high_y, low_z + high_z
+        for k, value in enumerate((low_x, low_y, low_z, high_x, high_y, high_z, *sums)):
+            nodes[leaf, k] = value
         put_in(nodes, ties, tree, leaf)
-    return leaves, nodes, ties, tree
+    return (
+        np.array(leaves, np.int32),
+        np.array(list(nodes.values())).reshape(room, NODE),
+        np.array(list(ties.values()), np.int32).reshape(room, TIES),
+        np.array(tree, np.int64),
+    )
 
 
 def _write_ages(turns: np.ndarray, ages: np.ndarray) -> int:
