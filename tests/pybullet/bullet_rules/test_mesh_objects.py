@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import os
+from collections import OrderedDict
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from roboyard.description.model import Mesh
 from roboyard.pybullet.bullet_rules import mesh_objects
 from roboyard.shapes.readers import plain_obj
+from roboyard.sim.build import hull_store
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0.1\nv 2.5e-1 -1 3\n"
 FILES = {
@@ -51,3 +57,73 @@ def test_corners_that_are_not_there_raise(worth: bool, monkeypatch: pytest.Monke
     monkeypatch.setattr(plain_obj, "is_worth_it", lambda _: worth)
     with pytest.raises(IndexError, match="face corners must be 0 to 4"):
         mesh_objects._split(f"{CORNERS}o a\nf 1 2 3\no b\nf 2 3 9\n".encode())
+
+
+def _begin_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forget what a program that starts again does not know."""
+    monkeypatch.setattr(mesh_objects, "_read", OrderedDict())
+    monkeypatch.setattr(mesh_objects, "_were_kept", set())
+
+
+@pytest.fixture
+def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the place of an OBJ file; objects are kept in a folder of the test."""
+    monkeypatch.setattr(hull_store, "_folder", lambda: tmp_path / "kept")
+    _begin_again(monkeypatch)
+    return tmp_path / "objects.obj"
+
+
+def _objects_of(file: Path) -> list[Mesh]:
+    parts = mesh_objects.split_geometry(Mesh(uri=file.name, path=file))
+    return [part for part in parts if isinstance(part, Mesh)]
+
+
+@pytest.mark.parametrize("name", sorted(set(FILES) - {"one"}))
+def test_a_program_that_starts_again_does_not_split_a_file(
+    name: str, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file.write_bytes(FILES[name].encode())
+    assert not mesh_objects.is_known(file)
+    first = _objects_of(file)
+    assert not mesh_objects.is_known(file), "only the next program reads what was kept"
+    _begin_again(monkeypatch)
+    monkeypatch.setattr(mesh_objects, "_split", lambda _: pytest.fail("the file was split again"))
+    assert mesh_objects.is_known(file)
+    second = _objects_of(file)
+    assert len(first) == len(second) == COUNTS.get(name, 2)
+    for one, other in zip(first, second, strict=True):
+        assert one.data is not None
+        assert other.data is not None
+        np.testing.assert_array_equal(one.data.vertices, other.data.vertices)
+        np.testing.assert_array_equal(one.data.faces, other.data.faces)
+        assert not other.data.vertices.flags.writeable
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"mtllib colours.mtl\n{FILES['two']}",  # other files may be wrong, which is logged
+        FILES["one"],
+        f"{CORNERS}vn nan 0 0\no a\nf 1 2 3\no b\nf 2 3 4\nv nan 0 0\no c\nf 1 2 6\n",  # not readable
+    ],
+)
+def test_other_files_are_not_kept(text: str, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file.write_text(text)
+    _objects_of(file)
+    _begin_again(monkeypatch)
+    assert not mesh_objects.is_known(file)
+
+
+def test_a_file_that_changes_is_not_the_one_that_was_kept(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file.write_text(FILES["two"])
+    _objects_of(file)
+    _begin_again(monkeypatch)
+    assert mesh_objects.is_known(file)
+    file.write_text(FILES["faces before the first"])
+    os.utime(file, ns=(1, 1))
+    assert not mesh_objects.is_known(file)
+    assert len(_objects_of(file)) == 3
+    file.unlink()
+    assert not mesh_objects.is_known(file)

@@ -14,6 +14,7 @@ from roboyard.description.urdf.xml_repair import TEXT_NOTE
 from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.pybullet.api.user_data import attach_from_file
 from roboyard.pybullet.bullet_rules.materials import shared_materials
+from roboyard.pybullet.bullet_rules.mesh_objects import mesh_contents
 from roboyard.pybullet.bullet_rules.models import BodyModel, bullet_model
 from roboyard.pybullet.bullet_rules.unreadable_meshes import (
     lacks_meshes,
@@ -34,7 +35,6 @@ from roboyard.pybullet.state.file_search import (
 )
 from roboyard.pybullet.state.pair_filters import self_collisions
 from roboyard.pybullet.state.soft_records import add_soft_body
-from roboyard.sim.build.planned import collision_meshes
 from roboyard.transforms import conjugate, multiply, quaternion_from_matrix, rotate
 from roboyard.untrusted.files import is_inside
 
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from roboyard.description.model import RobotDescription
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.bodies.body_records import BodyRecord
-    from roboyard.shapes.mesh import TriangleMesh
 
 Vector = Sequence[float]
 _NO_URDF, _NO_SDF, _NO_MJCF = "Cannot load URDF file.", "Cannot load SDF file.", "Couldn't load .mjcf file."
@@ -56,7 +55,7 @@ _NAMED_FOLDERS = 64
 """Folders of files that a client remembers."""
 _cache: dict[tuple[Path, int, int], RobotDescription] = {}
 """Parsed files by path, modification time and size."""
-_models: dict[tuple[int, int, float, bool], tuple[RobotDescription, tuple[TriangleMesh, ...], BodyModel]] = {}
+_models: dict[tuple[int, int, float, bool], tuple[RobotDescription, tuple[object, ...], BodyModel]] = {}
 """Bullet's models by id of a description and arguments; with the description and its meshes."""
 
 
@@ -133,7 +132,7 @@ def _load_urdf_command(
 def _model_of(description: RobotDescription, flags: int, scale: float, fixed_base: bool) -> BodyModel:
     """Return `bullet_model` of a description; cached, so that bodies of one file share their description."""
     key = id(description), flags, scale, fixed_base
-    known, meshes = _models.get(key), collision_meshes(description)
+    known, meshes = _models.get(key), mesh_contents(description)
     if known is None or list(map(id, known[1])) != list(map(id, meshes)):
         model = bullet_model(description, flags=flags, scale=scale, fixed_base=fixed_base)
         known = _models[key] = description, meshes, model

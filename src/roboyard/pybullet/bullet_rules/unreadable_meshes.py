@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from roboyard._lazy import LazyLogger
 from roboyard.description.model import Collision, Mesh, Visual
 from roboyard.errors import DescriptionError, MeshError
+from roboyard.pybullet.bullet_rules.mesh_objects import is_known
 from roboyard.shapes.mesh import NO_TRIANGLES
 from roboyard.untrusted.files import read_head
 
@@ -99,7 +100,7 @@ def _loads(shape: Collision) -> bool:
     from roboyard.shapes.load import load_mesh
 
     file = _mesh_file(shape)
-    if file is None:
+    if file is None or is_known(file):
         return True
     try:
         load_mesh(file)

@@ -26,10 +26,11 @@ import numpy as np
 
 from roboyard.description.model import RobotDescription, Source
 from roboyard.errors import MeshError
-from roboyard.sim.build.geoms import add_collision, add_visual
+from roboyard.sim.build.geoms import add_collision, add_visual, hull_meshes
 from roboyard.sim.build.joints import add_joint, add_mimics
 from roboyard.sim.build.loops import add_loops
 from roboyard.sim.build.masses import masses_of, write_mass
+from roboyard.sim.build.mesh_assets import HullGroup
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
 from roboyard.transforms import Array, to_wxyz
 
@@ -183,9 +184,11 @@ def _fill_link(
     write_mass(record.element, record.mass)
     link = record.link
     assert link is not None
+    hulls = HullGroup(hull_meshes(link.collisions, options.scale), options.hull_steps)
     for collision in link.collisions:
         with _blaming(collision.source, link.name):
             add_collision(record, spec, assets, collision, options, notes)
+    hulls.store()
     if options.visual_geoms:
         for visual in link.visuals:
             with _blaming(visual.source, link.name):

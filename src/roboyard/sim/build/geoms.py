@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -314,6 +315,16 @@ def load_scaled(geometry: Mesh, scale: float) -> TriangleMesh | None:
             _scaled.clear()
         _scaled[key] = mesh, found
     return found
+
+
+def hull_meshes(shapes: Sequence[Collision], scale: float) -> list[tuple[TriangleMesh, bool]]:
+    """Return the scaled meshes in memory whose hulls are shapes, each with its `is_single`."""
+    return [
+        (mesh, is_single(geometry, scale))
+        for shape in shapes
+        if isinstance(geometry := shape.geometry, Mesh) and not shape.concave and geometry.data is not None
+        if (mesh := load_scaled(geometry, scale)) is not None and len(mesh.faces)
+    ]
 
 
 def is_single(geometry: Mesh, scale: float) -> bool:

@@ -7,13 +7,14 @@ computes of a mesh that comes from a file: another compile of the process takes 
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from roboyard._digests import blake2b
 from roboyard.shapes.mesh import TriangleMesh, bounding_box
-from roboyard.sim.build.hull_store import load_hull, store_hull
+from roboyard.sim.build.hull_store import load_group, load_hull, store_group, store_hull
 from roboyard.sim.build.prisms import prism_faces
 from roboyard.transforms import Array
 
@@ -22,7 +23,11 @@ if TYPE_CHECKING:
 
 _HULLS: dict[bytes, tuple[Array, np.ndarray]] = {}
 _HULLS_LIMIT = 4096
+_searched = [0]
+"""Number of hulls that were not known and are no prisms."""
 _MSH_HEADER = struct.Struct("<4i")
+FEWEST_TOGETHER = 2
+"""Fewest hulls that are kept in one file."""
 MOST_PRISM_CORNERS = 512
 """Meshes with more corners are searched for their hull."""
 MOST_KEPT = 256 * 2**20
@@ -113,6 +118,38 @@ class MeshAssets:
         self._spec.delete(element)
 
 
+class HullGroup:
+    """The hulls of several meshes that are built together, kept on disk in one file."""
+
+    def __init__(self, meshes: Sequence[tuple[TriangleMesh, bool]], steps: int) -> None:
+        """Look up those that are not in memory.
+
+        Args:
+            meshes: each with whether its coordinates are taken in single precision; see `convex_hull`.
+            steps: see `convex_hull`.
+        """
+        keys = [_hull_key(mesh, steps, single=single) for mesh, single in meshes]
+        self._keys = [key for key in dict.fromkeys(keys) if key not in _HULLS]
+        self._searched = _searched[0]
+        if len(self._keys) < FEWEST_TOGETHER:
+            self._keys = []
+            return
+        self._key = blake2b(b"".join(self._keys), digest_size=16).digest()
+        found = load_group(self._key)
+        if found is not None and len(found) == len(self._keys):
+            for key, hull in zip(self._keys, found, strict=True):
+                _keep_hull(key, hull)
+            self._keys = []
+
+    def store(self) -> None:
+        """Keep those that were computed since, once all were, unless all are prisms."""
+        if _searched[0] == self._searched:
+            return
+        found = [_HULLS[key] for key in self._keys if key in _HULLS]
+        if found and len(found) == len(self._keys):
+            store_group(self._key, found)
+
+
 def forget_meshes() -> None:
     """Let MuJoCo forget what it computed of meshes, where it keeps more than `MOST_KEPT`."""
     from roboyard._mujoco import mujoco
@@ -148,18 +185,28 @@ def convex_hull(mesh: TriangleMesh, steps: int = 0, *, single: bool = True) -> t
             impulse engine does whose hulls have integer coordinates; 0: they are not rounded.
         single: whether the coordinates are taken in single precision; without steps they are in any case.
     """
-    single = single or not steps
-    key = _digest(mesh.vertices, mesh.faces, 2 * steps + single)
+    key = _hull_key(mesh, steps, single=single)
     found = _HULLS.get(key)
     if found is None:
-        if len(_HULLS) >= _HULLS_LIMIT:
-            _HULLS.clear()
-        found = _prism(mesh, steps, single=single) or load_hull(key)
+        found = _prism(mesh, steps, single=single or not steps)
         if found is None:
-            found = _hull(_corners(mesh, single=single), steps)
+            _searched[0] += 1
+            found = load_hull(key)
+        if found is None:
+            found = _hull(_corners(mesh, single=single or not steps), steps)
             store_hull(key, *found)
-        _HULLS[key] = found
+        _keep_hull(key, found)
     return found
+
+
+def _hull_key(mesh: TriangleMesh, steps: int, *, single: bool) -> bytes:
+    return _digest(mesh.vertices, mesh.faces, 2 * steps + (single or not steps))
+
+
+def _keep_hull(key: bytes, hull: tuple[Array, np.ndarray]) -> None:
+    if len(_HULLS) >= _HULLS_LIMIT:
+        _HULLS.clear()
+    _HULLS[key] = hull
 
 
 def _corners(mesh: TriangleMesh, *, single: bool) -> Array:

@@ -188,13 +188,15 @@ def collision_meshes(description: RobotDescription) -> tuple[TriangleMesh, ...]:
     shapes = [shape.geometry for link in description.links for shape in link.collisions]
     meshes = [shape for shape in shapes if isinstance(shape, Mesh)]
     found = [
-        shape.data if shape.data is not None or shape.path is None else _load(shape.path) for shape in meshes
+        mesh.data if mesh.data is not None or mesh.path is None else mesh_of_file(mesh.path)
+        for mesh in meshes
     ]
     there = [mesh for mesh in found if mesh is not None]
     return tuple(there) if len(there) == len(found) else ()
 
 
-def _load(path: Path) -> TriangleMesh | None:
+def mesh_of_file(path: Path) -> TriangleMesh | None:
+    """Return the triangles of a mesh file (m); None where it cannot be read."""
     try:
         return load_mesh(path)
     except MeshError:
