@@ -14,11 +14,13 @@ from roboyard.sim.build.geoms import add_triangles_for_rays
 from roboyard.sim.build.inertia_sums import InertiaSums
 from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import forget_meshes
+from roboyard.sim.build.records import windows_of
 from roboyard.sim.build.solver_options import Solver, total_inertia
 from roboyard.sim.discarded_worlds import WORLDS
 from roboyard.sim.engine_hooks import BodyT
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
+from roboyard.sim.pool.former_arrays import FormerArrays
 from roboyard.sim.pool.kept_worlds import (
     Changes,
     CompileKey,
@@ -115,6 +117,7 @@ class CompiledWorld(WorldSpec[BodyT]):
         self._has_joints = any(form.has_joints for form in forms)
         key = self._compile_key() if self.is_kept else None
         compiles = self.compiles
+        arrays = compiles.take_arrays()
         known = compiles.repeated(key)
         if key is not None and known is not None and known[1] is not None:
             changes = known[1].changes(key, self.pool.template_of)
@@ -138,15 +141,18 @@ class CompiledWorld(WorldSpec[BodyT]):
         forget_meshes()
         spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, self._memory_least, MEMORY_MOST))
         try:
-            if self._model is None or before is not None:
+            if self._model is None and known is None and arrays is not None:
+                self._compile_into(arrays)
+            elif self._model is None or before is not None:
                 self._model = spec.compile()
-                self._data = mujoco.MjData(self._model)
+                self._data, self.of_arrays = mujoco.MjData(self._model), {}
             else:
                 self._model, self._data = spec.recompile(self._model, self._data)
+                self.of_arrays = {}
         except (ValueError, mujoco.FatalError) as error:
             raise ModelError(f"MuJoCo rejects the world: {' '.join(str(error).split())[:500]}") from error
         self.is_stale = self._inertia_changed = False
-        self._reference, self.of_arrays = None, {}
+        self._reference = None
         bound_inverse_weights(self._model)
         self._next_revision()
         self._set_contact_law(self.body_by_id.values())
@@ -166,6 +172,14 @@ class CompiledWorld(WorldSpec[BodyT]):
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()
+
+    def _compile_into(self, arrays: FormerArrays) -> None:
+        """Compile for the first time, into the arrays of the world before where only numbers differ."""
+        model = self._spec.compile()
+        if not windows_of(self.body_by_id.values()) and arrays.take(model):
+            self._model, self._data, self.of_arrays = arrays.model, arrays.data, arrays.of_arrays
+        else:
+            self._model, self._data, self.of_arrays = model, mujoco.MjData(model), {}
 
     def lone_body(self, body: BodyT) -> LoneBody | None:
         """Return a new body alone, whose state the next compile takes over; None where that has to be now."""
@@ -249,7 +263,11 @@ class CompiledWorld(WorldSpec[BodyT]):
             return self.compiles.former
         if self.is_stale or self._is_edited or self.pool.is_used:
             return None
-        return self.compiles.of_next()
+        arrays = FormerArrays(self._model, self._data, self.of_arrays)
+        former = self.compiles.of_next(arrays)
+        if windows_of(self.body_by_id.values()):
+            former.arrays = None
+        return former
 
     def release(self) -> None:
         """Free the world at once; neither it nor its bodies can be used any more.

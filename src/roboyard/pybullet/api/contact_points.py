@@ -219,12 +219,12 @@ def _search(scene: PhysicsScene) -> ClosestSearch | None:
     if world.windows.shows_slots:
         return None
     known = world.of_arrays
-    if _SEARCH not in known:
+    if _SEARCH not in known or (known[_SEARCH] is not None and known[_SEARCH].scene is not scene):
         from roboyard.pybullet.fast.closest.search import closest_search
 
         known[_SEARCH] = closest_search(scene)
     found: ClosestSearch | None = known[_SEARCH]
-    return found if found is None or found.scene is scene else None
+    return found
 
 
 def _geoms_of(scene: PhysicsScene, body: int, link: int) -> Side:

@@ -27,6 +27,7 @@ from roboyard.sim.build.planned import Friction, PlannedBody
 from roboyard.sim.build.records import BodyRows, Built
 from roboyard.sim.pool.analytic_templates import Numbers, numbers_of
 from roboyard.sim.pool.base_rows import BaseRows, bases_of
+from roboyard.sim.pool.former_arrays import FormerArrays
 from roboyard.sim.pool.model_memory import memory_of
 from roboyard.sim.pool.plain_rows import PlainRows, rows_of, write
 from roboyard.sim.pool.templates import BodyTemplate, row_starts, write_elements
@@ -254,6 +255,8 @@ class FormerWorld:
 
     compiles: tuple[Compile, ...]
     """All of that world, in order."""
+    arrays: FormerArrays | None = None
+    """Its arrays, where no compile kept them."""
 
     def compile_like(self, key: CompileKey, place: int) -> Compile | None:
         """Return the compile at a place among all; None where it was made from another input."""
@@ -285,6 +288,14 @@ class Compiles:
             self.former = None
         return found
 
+    def take_arrays(self) -> FormerArrays | None:
+        """Return the arrays of the world before, which the first compile may use."""
+        former = self.former
+        if former is None:
+            return None
+        arrays, former.arrays = former.arrays, None
+        return arrays
+
     def needs_spec(self, known: Compile | None) -> bool:
         """Return whether a later compile needs a spec of its own: to be kept, or since the one before is.
 
@@ -300,12 +311,17 @@ class Compiles:
         elif self._own is not None:
             self._own.append((key, kept))
 
-    def of_next(self) -> FormerWorld | None:
-        """Return what the next world may take over, where specs are as they were compiled."""
-        if not self._own:
-            return None
-        later = () if self.former is None else self.former.compiles[len(self._own) :]
-        return FormerWorld(compiles=(*self._own, *later))
+    def of_next(self, arrays: FormerArrays) -> FormerWorld:
+        """Return what the next world may take over, where specs are as they were compiled.
+
+        Args:
+            arrays: the present arrays.
+        """
+        own = self._own or ()
+        later = () if self.former is None else self.former.compiles[len(own) :]
+        compiles = (*own, *later) if own else ()
+        is_kept = any(kept is not None and kept.model is arrays.model for _, kept in compiles)
+        return FormerWorld(compiles=compiles, arrays=None if is_kept else arrays)
 
 
 def keep(

@@ -13,7 +13,7 @@ _NAMES: list[str] = []
 def memory_of(model: Any) -> np.ndarray | None:
     """Return (n,) bytes: all arrays of an MjModel, which MuJoCo has in one block; None if it has not."""
     first, end = 2**63, 0
-    for name in _array_names(model):
+    for name in array_names(model):
         values = getattr(model, name)
         if values.size and values.flags.c_contiguous and not values.flags.owndata:
             at = values.__array_interface__["data"][0]
@@ -24,7 +24,7 @@ def memory_of(model: Any) -> np.ndarray | None:
     return np.frombuffer(memoryview((ctypes.c_uint8 * size).from_address(first)), np.uint8)
 
 
-def _array_names(model: Any) -> list[str]:
+def array_names(model: Any) -> list[str]:
     """Return the names of all arrays of an MjModel, of which each has the same ones.
 
     It takes five times as long to look at all its members.
