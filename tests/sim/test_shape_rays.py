@@ -47,7 +47,9 @@ def test_rays_meet_what_mujoco_rays_meet():
     ways /= np.linalg.norm(ways, axis=1)[:, None]
     geoms, distances, normals = np.zeros(3000, dtype=np.int32), np.zeros(3000), np.zeros((3000, 3))
     lengths, work = rng.uniform(0.1, 12.0, 3000), np.zeros(shape_rays.WORK)
-    shapes = shape_rays.ray_shapes(model, data, GROUPS, has_backs=False)
+    records = shape_rays.ray_records(model, data, GROUPS, has_backs=False)
+    assert records is not None
+    shapes = shape_rays.SHAPES.of(records)
     shape_rays.cast_rays(shapes, starts, ways, lengths, work, geoms, distances, normals)
     geom, normal, hits, far = np.zeros(1, dtype=np.int32), np.zeros(3), 0, 0
     for i in range(3000):
@@ -63,13 +65,32 @@ def test_rays_meet_what_mujoco_rays_meet():
     assert hits > 300 < far
 
 
+def test_shapes_of_the_same_arrays_differ_in_rows_alone():
+    model, data = scene(np.random.default_rng(4))
+    before = shape_rays.ray_records(model, data, GROUPS, has_backs=False)
+    assert before is not None
+    for group in (0, 2, 9, -3):
+        model.geom_group[::2] = group
+        found = shape_rays.ray_records(model, data, GROUPS, has_backs=False, before=before)
+        fresh = shape_rays.ray_records(model, data, GROUPS, has_backs=False)
+        assert found is not None
+        assert fresh is not None
+        assert found.rows.dtype == fresh.rows.dtype == np.int32
+        assert found.rows.tolist() == fresh.rows.tolist()
+        assert found[1:] == before[1:]
+        assert all(np.shares_memory(a, b) for a, b in zip(found[1:9], fresh[1:9], strict=True) if a.size)
+    turned = shape_rays.ray_records(model, data, GROUPS, has_backs=True, before=before)
+    assert turned is not None
+    assert turned.has_backs == 1
+
+
 def test_without_machine_code_rays_are_mujoco_own(monkeypatch):
     world = World()
     world.add_plane()
     world.add_box((1, 1, 1), position=(0, 0, 1))
     starts, ends = [(0.1, 0.2, 5), (0.3, 0.1, 4), (3, 0, 4)], [(0, 0, -5), (0, 0.1, -5), (3, 0, 1)]
     wanted = world.rays(starts, ends)
-    monkeypatch.setattr(shape_rays, "ray_shapes", lambda *given, **named: None)
+    monkeypatch.setattr(shape_rays, "ray_records", lambda *given, **named: None)
     world.kept_rays.clear()
     found = world.rays(starts, ends)
     same = world.rays(starts[:1] * 2, ends[:2])

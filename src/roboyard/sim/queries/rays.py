@@ -67,6 +67,8 @@ _SLACK = 1e-9
 """Share by which bounding spheres are taken larger, and length (m)."""
 _VISUALS = np.array([1, 1, 1, 0, 1, 1], dtype=np.uint8)
 """All but the collision shapes."""
+_TOUCHED, _SEEN = "shapes that rays meet", "shapes that rays show"
+"""Names in `Engine.of_arrays`."""
 
 
 def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: bool = False) -> RayHits:
@@ -178,17 +180,30 @@ def _meet_backs(
 def kept_shapes(world: Engine[Body]) -> shape_rays.RayShapes | None:
     """Return the collision shapes that rays meet, until MuJoCo's arrays change; None without machine code."""
     world.show_triangles()
-    shapes, _ = world.kept_rays.get(False) or _keep_shapes(world, visual=False)
-    return None if shapes is None else shapes.records[0]
+    kept = world.kept_rays.get(False)
+    if kept is None:
+        return _records_of(world, visual=False)
+    shapes: shape_rays.RayShapes | None = None if kept[0] is None else kept[0].records[0]
+    return shapes
 
 
 def _keep_shapes(world: Engine[Body], *, visual: bool) -> tuple[Any, Array]:
     """Return the shapes as `shape_rays` takes them, or None where it does not, and its memory."""
-    groups = _VISUALS if visual else _COLLISIONS
-    shapes = shape_rays.ray_shapes(
-        world.live_model, world.live_data, groups, has_backs=world.profile.hard_contacts
-    )
+    records = _records_of(world, visual=visual)
+    shapes = None if records is None else shape_rays.SHAPES.of(records)
     found = world.kept_rays[visual] = shapes, np.zeros(shape_rays.WORK)
+    return found
+
+
+def _records_of(world: Engine[Body], *, visual: bool) -> shape_rays.RayShapes | None:
+    """Return the shapes as arrays; other rows of the same where bodies only took or left rows of MuJoCo."""
+    groups, name = (_VISUALS, _SEEN) if visual else (_COLLISIONS, _TOUCHED)
+    model, data = world.live_model, world.live_data
+    before: shape_rays.RayShapes | None = world.of_arrays.get(name)
+    has_backs = world.profile.hard_contacts
+    found = shape_rays.ray_records(model, data, groups, has_backs=has_backs, before=before)
+    if found is not None:
+        world.of_arrays[name] = found
     return found
 
 

@@ -60,7 +60,9 @@ WORK = 13
 """Numbers of a ray: start (m), direction, a normal, then the normal and the distance (m) of the hit."""
 
 
-def ray_shapes(model: Any, data: Any, groups: np.ndarray, *, has_backs: bool) -> Any:
+def ray_records(
+    model: Any, data: Any, groups: np.ndarray, *, has_backs: bool, before: RayShapes | None = None
+) -> RayShapes | None:
     """Return the shapes of some of MuJoCo's groups for the loops below; None where these cannot take them.
 
     Args:
@@ -68,17 +70,20 @@ def ray_shapes(model: Any, data: Any, groups: np.ndarray, *, has_backs: bool) ->
         data: MuJoCo's data.
         groups: (6,) whether the shapes of each group are met.
         has_backs: whether planes are met from behind, too.
+        before: shapes of the same arrays, of which only other ones may be in these groups now.
     """
-    rows = np.flatnonzero(groups[np.clip(model.geom_group, 0, len(groups) - 1)]).astype(np.int32)
+    rows = np.flatnonzero(groups.take(model.geom_group, mode="clip")).astype(np.int32)
     kinds = model.geom_type[rows]
-    if not can_call(mujoco_library) or (kinds == SDF).any():
+    if (before is None and not can_call(mujoco_library)) or (kinds == SDF).any():
         return None
-    rows = rows[np.argsort(_TAKES_LONG[kinds], kind="stable")]
+    takes_long = _TAKES_LONG[kinds]
+    if takes_long.any():
+        rows = rows[np.argsort(takes_long, kind="stable")]
+    if before is not None and before.has_backs == has_backs:
+        return before._replace(rows=rows)
     fields = {name: getattr(model, name) for name in _OF_MODEL}
     addresses = {"model": model._address, "data": data._address, "has_backs": int(has_backs)}
-    return SHAPES.of(
-        RayShapes(rows, geom_xpos=data.geom_xpos, geom_xmat=data.geom_xmat, **fields, **addresses)
-    )
+    return RayShapes(rows, geom_xpos=data.geom_xpos, geom_xmat=data.geom_xmat, **fields, **addresses)
 
 
 def is_hidden(shapes, geom):  # pragma: no cover
