@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from roboyard.pybullet.bullet_rules.models import prism
+from roboyard.pybullet.bullet_rules.models import CYLINDER_SIDES, prism
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.sim.build import mesh_assets
 from roboyard.sim.build.prisms import prism_faces
@@ -82,3 +84,26 @@ def test_cylinders_of_files_have_the_corners_that_a_search_finds(
     searched, others = mesh_assets._hull(mesh.vertices[np.unique(mesh.faces)], 10216)
     np.testing.assert_array_equal(points, searched)
     assert _volume(points, faces) == pytest.approx(_volume(searched, others), rel=1e-12)
+
+
+@pytest.mark.parametrize(("radius", "length"), [(0.05, 0.3), (0.013, 2.0), (1.7, 1e-3)])
+def test_corners_of_cylinders_are_those_of_single_products(radius: float, length: float) -> None:
+    mesh = prism(radius, length).data
+    assert isinstance(mesh, TriangleMesh)
+    angles = [2.0 * math.pi * (k / CYLINDER_SIDES) for k in range(CYLINDER_SIDES)]
+    corners = [
+        (radius * math.sin(angle), radius * math.cos(angle), z)
+        for angle in angles
+        for z in (length / 2, -length / 2)
+    ]
+    assert mesh.vertices.tobytes() == np.array(corners).tobytes()
+    assert not mesh.vertices.flags.writeable
+
+
+def test_faces_of_one_prism_are_not_those_of_another() -> None:
+    points = np.array([(x, y, z) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)) for z in (0.5, 0.0)])
+    one, other = prism_faces(points), prism_faces(2.0 * points)
+    assert one is not None
+    assert other is not None
+    one[:] = 0
+    assert other.any()

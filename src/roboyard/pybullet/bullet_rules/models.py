@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import field, replace
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from math import cos, pi, sin
 from typing import Any
 
 import numpy as np
 
+from roboyard._arrays import NDArray
 from roboyard._records import dataclass
 from roboyard.description.model import (
     Box,
@@ -242,10 +243,19 @@ def _with_prisms(collisions: tuple[Collision, ...]) -> tuple[Collision, ...]:
 @lru_cache(1024)
 def prism(radius: float, length: float) -> Mesh:
     """Return the hull that Bullet makes of a file's cylinder, with the very numbers of its corners."""
+    sines, cosines, faces = _unit_prism()
+    points = np.empty((2 * CYLINDER_SIDES, 3))
+    points[0::2, 0] = points[1::2, 0] = radius * sines
+    points[0::2, 1] = points[1::2, 1] = radius * cosines
+    points[0::2, 2], points[1::2, 2] = length / 2, -length / 2
+    points.setflags(write=False)
+    return Mesh(uri="cylinder", path=None, data=TriangleMesh(vertices=points, faces=faces))
+
+
+@cache
+def _unit_prism() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int32]]:
+    """Return (n,) sines and cosines of the corners' angles, and the (m, 3) faces of a prism of n sides."""
     angles = [2.0 * pi * (k / CYLINDER_SIDES) for k in range(CYLINDER_SIDES)]
-    points = [
-        (radius * sin(angle), radius * cos(angle), z) for angle in angles for z in (length / 2, -length / 2)
-    ]
     upper = [2 * k for k in range(CYLINDER_SIDES)]
     faces = []
     for k, a in enumerate(upper):
@@ -254,10 +264,8 @@ def prism(radius: float, length: float) -> Mesh:
         if 0 < k < CYLINDER_SIDES - 1:
             c = upper[k + 1]
             faces += [(c, a, 0), (1, a + 1, c + 1)]
-    mesh = TriangleMesh(
-        vertices=read_only(np.array(points), np.float64), faces=read_only(np.array(faces), np.int32)
-    )
-    return Mesh(uri="cylinder", path=None, data=mesh)
+    sines, cosines = [sin(angle) for angle in angles], [cos(angle) for angle in angles]
+    return np.array(sines), np.array(cosines), read_only(np.array(faces), np.int32)
 
 
 def _default_visuals(collisions: tuple[Collision, ...]) -> tuple[Visual, ...]:

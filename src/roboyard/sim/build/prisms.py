@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from roboyard.transforms import Array
@@ -24,25 +26,39 @@ def prism_faces(points: Array) -> np.ndarray | None:
         return None
     one, other = points[0::2], points[1::2]
     (z, *_), (w, *_) = one[:, 2], other[:, 2]
-    thin = abs(z - w) < _THIN * np.ptp(one[:, :2]) or np.ptp(one[:, :2], axis=0).min() < _THIN * abs(z - w)
-    if thin or (one[:, 2] != z).any() or (other[:, 2] != w).any() or (one[:, :2] != other[:, :2]).any():
+    around = one[:, :2]
+    if (around != other[:, :2]).any() or (one[:, 2] != z).any() or (other[:, 2] != w).any():
         return None
-    sides = np.roll(one[:, :2], -1, axis=0) - one[:, :2]
+    if abs(z - w) < _THIN * (around.max() - around.min()):
+        return None
+    if (around.max(axis=0) - around.min(axis=0)).min() < _THIN * abs(z - w):
+        return None
+    following, upright = _parts_of(count)
+    sides = around[following] - around
     lengths = np.hypot(sides[:, 0], sides[:, 1])
-    following = np.roll(sides, -1, axis=0)
-    turns = sides[:, 0] * following[:, 1] - sides[:, 1] * following[:, 0]
-    least = _CLEAR * lengths * np.roll(lengths, -1)
+    others = sides[following]
+    turns = sides[:, 0] * others[:, 1] - sides[:, 1] * others[:, 0]
+    least = _CLEAR * lengths * lengths[following]
     is_left = bool(turns[0] > 0.0)
     if not ((turns if is_left else -turns) > least).all() or lengths.min() == 0.0:
         return None
-    if abs(np.arctan2(turns, (sides * following).sum(axis=1)).sum()) > 3.0 * np.pi:  # around more than once
+    if abs(np.arctan2(turns, (sides * others).sum(axis=1)).sum()) > 3.0 * np.pi:  # around more than once
         return None
+    outward = is_left == bool(z > w)
+    return upright.copy() if outward else upright[:, ::-1].copy()
+
+
+@lru_cache(64)
+def _parts_of(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the (n,) corners that follow those of a polygon of n corners, and (m, 3) faces of its prism.
+
+    Those are int32, and outward where the polygon turns left, seen from the side of its first corner.
+    """
     first = 2 * np.arange(count)
     second = np.roll(first, -1)
     walls = np.concatenate(
         [np.stack([first, first + 1, second + 1], 1), np.stack([first, second + 1, second], 1)]
     )
     cap = np.stack([np.zeros(count - 2, int), first[1:-1], first[2:]], 1)
-    faces = np.concatenate([walls, cap, cap[:, ::-1] + 1])
-    outward = is_left == bool(z > w)
-    return (faces if outward else faces[:, ::-1]).astype(np.int32)
+    faces = np.concatenate([walls, cap, cap[:, ::-1] + 1]).astype(np.int32)
+    return second // 2, faces
