@@ -33,7 +33,7 @@ from roboyard.sim.physics_profile import BULLET
 from roboyard.transforms import Array, matrix_from_quaternion
 
 MARGIN = 0.001
-"""Margin (m) of every shape but spheres and capsules, whose margin is their radius, and triangles of files."""
+"""Margin (m) of shapes but spheres and capsules, whose margin is their radius, and triangles of files."""
 BETWEEN_ENDS = "fromto"
 """Attribute of capsules that MJCF files give by two points; Bullet makes them of two spheres."""
 TWO_SPHERES_MARGIN = 0.04
