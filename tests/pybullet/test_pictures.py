@@ -339,3 +339,30 @@ def test_images_are_shown_on_meshes_whose_files_have_none(
     assert image[20, 30, :3].argmax() == 2
     assert image[20, 4, :3].argmax() == (0 if has_coordinates else 2)
     assert (image[20, [4, 30], 1] < 60).all()
+
+
+def test_depths_of_a_parallel_projection_are_converted_as_bullet_does(client: int) -> None:
+    shape = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    p.createMultiBody(0, -1, shape)
+    near, far, width = 0.1, 1.5, 0.613
+    projection = [2 / width, 0, 0, 0, 0, 2 / width, 0, 0, 0, 0, -2 / (far - near), 0]
+    projection += [0, 0, -(far + near) / (far - near), 1]
+    view = p.computeViewMatrix([0, 0, 1], [0, 0, 0], [1, 0, 0])
+    depth = p.getCameraImage(24, 24, view, projection)[3]
+    assert depth[0, 0] == 1.0
+    assert depth[12, 12] == pytest.approx(0.5793651, abs=1e-6)  # recorded with PyBullet 3.2.7
+
+
+def test_a_camera_of_zeros_sees_nothing(client: int) -> None:
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[1, 1, 1]))
+    zeros = p.getDebugVisualizerCamera()
+    view = p.computeViewMatrix([3, 3, 3], [0, 0, 0], [0, 0, 1])
+    for matrices in ((view, zeros[3]), (zeros[2], zeros[3])):
+        _, _, rgba, depth, mask = p.getCameraImage(8, 4, *matrices)
+        assert (rgba.shape, rgba.min()) == ((4, 8, 4), 255)  # recorded with PyBullet 3.2.7
+        assert np.isnan(depth).all()
+        assert (mask == -1).all()
+    depth = p.getCameraImage(8, 4, zeros[2], p.computeProjectionMatrixFOV(60, 1, 0.1, 9))[3]
+    assert depth == pytest.approx(np.ones((4, 8)))
+    with pytest.raises(p.error):
+        p.getCameraImage(10**6, 10**6, zeros[2], zeros[3])

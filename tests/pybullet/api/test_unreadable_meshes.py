@@ -171,3 +171,62 @@ def test_triangles_have_a_margin_if_they_are_no_file(client: int, tmp_path: Path
         p.changeDynamics(body, -1, collisionMargin=0.01)
         assert p.getDynamicsInfo(body, -1)[11] == 0.01
         assert p.getAABB(body)[1] == pytest.approx([1.01] * 3, abs=1e-6)
+
+
+@pytest.mark.parametrize("text", ["yes", "no", "0", ""])
+def test_a_mesh_is_concave_whatever_its_attribute_says(client: int, tmp_path: Path, text: str) -> None:
+    (tmp_path / "a.obj").write_text(_TETRAHEDRON)
+    (tmp_path / "r.urdf").write_text(
+        f'<robot name="r"><link name="a"><collision concave="{text}"><geometry><mesh filename="a.obj"/>'
+        "</geometry></collision></link></robot>"
+    )
+    assert p.getAABB(p.loadURDF(str(tmp_path / "r.urdf")))[1] == (1.0, 1.0, 1.0)  # as in PyBullet 3.2.7
+
+
+def test_only_meshes_are_concave(client: int, tmp_path: Path) -> None:
+    ground = p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[2, 2, 0.1]))
+    (tmp_path / "r.urdf").write_text(
+        f'<robot name="r"><link name="a">{_INERTIAL}<collision concave="true"><geometry>'
+        '<cylinder radius=".05" length=".3"/></geometry></collision></link></robot>'
+    )
+    body = p.loadURDF(str(tmp_path / "r.urdf"), [0, 0, 0.3], [0.1, 0.2, 0, 0.97])
+    (point,) = p.getClosestPoints(ground, body, 0.3)
+    assert point[8] == pytest.approx(0.042306, abs=2e-5)  # recorded with PyBullet 3.2.7
+
+
+@pytest.mark.parametrize(
+    ("uri", "folder"), [("file://models/cone/meshes/t.obj", "models/cone"), ("meshes/t.obj", "models/cone")]
+)
+def test_meshes_of_an_sdf_file_are_looked_for_above_it(
+    client: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, uri: str, folder: str
+) -> None:
+    (tmp_path / "models/cone/meshes").mkdir(parents=True)
+    (tmp_path / "models/cone/meshes/t.obj").write_text(_TETRAHEDRON)
+    inertia = "<ixx>1</ixx><ixy>0</ixy><ixz>0</ixz><iyy>1</iyy><iyz>0</iyz><izz>1</izz>"
+    mesh = f"<geometry><mesh><uri>{uri}</uri></mesh></geometry>"
+    (tmp_path / folder / "model.sdf").write_text(
+        f'<sdf version="1.6"><model name="m"><link name="l"><inertial><mass>1</mass>'
+        f'<inertia>{inertia}</inertia></inertial><visual name="v">{mesh}</visual>'
+        f'<collision name="c">{mesh}</collision></link></model></sdf>'
+    )
+    monkeypatch.chdir(tmp_path)
+    (body,) = p.loadSDF("models/cone/model.sdf")
+    assert p.getAABB(body)[1] == pytest.approx((1.003, 1.003, 1.003), abs=1e-6)  # as in PyBullet 3.2.7
+    if uri.startswith("meshes"):
+        assert p.getVisualShapeData(body)[0][4] == b"models/cone/meshes/t.obj"
+
+
+@pytest.mark.parametrize(
+    ("text", "mass"),  # as in PyBullet 3.2.7, which reads a number
+    [("0", 2.0), ("1", 0.0), ("true", 2.0), (" 1 ", 0.0), ("2", 2.0), ("1.5", 0.0)],
+)
+def test_an_sdf_model_is_static_where_bullet_reads_one(
+    client: int, tmp_path: Path, text: str, mass: float
+) -> None:
+    inertia = "<ixx>1</ixx><ixy>0</ixy><ixz>0</ixz><iyy>1</iyy><iyz>0</iyz><izz>1</izz>"
+    (tmp_path / "m.sdf").write_text(
+        f'<sdf version="1.6"><model name="m"><static>{text}</static><link name="l"><inertial><mass>2</mass>'
+        f"<inertia>{inertia}</inertia></inertial></link></model></sdf>"
+    )
+    (body,) = p.loadSDF(str(tmp_path / "m.sdf"))
+    assert p.getDynamicsInfo(body, -1)[0] == mass

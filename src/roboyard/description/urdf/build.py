@@ -59,7 +59,7 @@ def build_description(
         problems=problems,
         materials=materials,
         missing_meshes=missing_meshes,
-        can_flatten=elements.words_are_zero,
+        as_bullet=elements.words_are_zero,
     )
     return _build_robot(elements, context)
 

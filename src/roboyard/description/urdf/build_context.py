@@ -24,8 +24,8 @@ class BuildContext:
     materials: Mapping[ET.Element, MaterialElement]
     """By their XML element."""
     missing_meshes: MissingMeshes
-    can_flatten: bool = False
-    """Whether meshes may have a scale of 0, as Bullet reads them: they become flat."""
+    as_bullet: bool = False
+    """Whether a mesh of scale 0 is flat, and `concave` counts whatever its text says, as for Bullet."""
 
 
 def unread_attributes(element: ET.Element, *known: str) -> Attributes:

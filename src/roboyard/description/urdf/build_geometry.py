@@ -63,7 +63,7 @@ def _mesh(mesh: MeshElement, who: str, context: BuildContext) -> Mesh | None:
     if text is not None and len(text.split()) == 1 and is_readable:
         message = f"<mesh scale> holds one number; {scale[0]:g} is taken for all three axes"
         problems.note(element, who, message)
-    if not all(scale) and context.can_flatten:
+    if not all(scale) and context.as_bullet:
         scale = tuple(factor or FLAT for factor in scale)
         problems.note(element, who, f'<mesh scale="{text}"> flattens the mesh')
     elif not all(scale):

@@ -16,6 +16,7 @@ from roboyard.description.model import (
     Inertial,
     Link,
     Material,
+    Mesh,
     Visual,
 )
 from roboyard.description.urdf.build_context import (
@@ -160,6 +161,12 @@ def _visual(shape: ShapeElement, context: BuildContext) -> Visual | None:
     )
 
 
+def _is_concave(given: str | None, context: BuildContext) -> bool:
+    if given is None or context.as_bullet:
+        return given is not None
+    return given.strip().lower() in ("yes", "true", "1")
+
+
 def _collision(shape: ShapeElement, context: BuildContext) -> Collision | None:
     problems, element = context.problems, shape.element
     found, rest = children_of(element, ("origin", "geometry"))
@@ -171,7 +178,7 @@ def _collision(shape: ShapeElement, context: BuildContext) -> Collision | None:
         geometry=geometry,
         origin=shape.pose,
         name=element.get("name"),
-        concave=element.get("concave", "").strip().lower() in ("yes", "true", "1"),
+        concave=isinstance(geometry, Mesh) and _is_concave(element.get("concave"), context),
         extra=(*rest, *_unread_shape(found)),
         attributes=unread_attributes(element, "name", "concave"),
         source=problems.source(element),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -23,7 +24,7 @@ from roboyard.transforms import rotate
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.physics_scene import PhysicsScene
-    from roboyard.rendering import Camera, DebugLines
+    from roboyard.rendering import Camera, DebugLines, Image
 
 Vector = Sequence[float]
 _BAD_MATRIX = "Error parsing view or projection matrix."
@@ -78,9 +79,13 @@ def getCameraImage(
         error: a matrix does not have 16 numbers or cannot be inverted.
     """
     from roboyard.rendering import render
+    from roboyard.rendering.camera import MAX_SIDE
 
     w, h = whole(width), whole(height)
-    camera = _camera(w, h, *_matrices(client, w, h, viewMatrix, projectionMatrix))
+    view, projection = _matrices(client, w, h, viewMatrix, projectionMatrix)
+    if not (any(view) and any(projection)) and 0 <= min(w, h) <= max(w, h) <= MAX_SIDE:
+        return _empty_picture(w, h, 1.0 if any(projection) else math.nan)
+    camera = _camera(w, h, view, projection)
     light = client.light
     light.update(
         lightDirection, lightColor, shadow, (lightAmbientCoeff, lightDiffuseCoeff, lightSpecularCoeff)
@@ -96,7 +101,33 @@ def getCameraImage(
         shadow=light.shadow, light=light.to_light(), lines=debug_lines(client, scene), backend="software",
     )  # fmt: skip
     chosen = max(0, whole(flags))
-    return w, h, image.rgba, image.depth_buffer(), _ids(scene, image.segmentation, chosen)
+    return w, h, image.rgba, _depth_buffer(image), _ids(scene, image.segmentation, chosen)
+
+
+def _empty_picture(
+    width: int, height: int, depth: float
+) -> tuple[int, int, np.ndarray, np.ndarray, np.ndarray]:
+    """Return what a camera of zeros sees, as those of getDebugVisualizerCamera without a window are."""
+    return (
+        width,
+        height,
+        np.full((height, width, 4), 255, np.uint8),
+        np.full((height, width), depth, np.float32),
+        np.full((height, width), -1, np.int32),
+    )
+
+
+def _depth_buffer(image: Image) -> np.ndarray:
+    """Return the (h, w) float32 depth buffer, 1 for the background.
+
+    Bullet's renderer converts depths along the camera's axis as if each projection were a perspective one.
+    """
+    (m10, m14), is_perspective = image.camera.projection[2, 2:], image.camera.projection[3, 3] == 0.0
+    if is_perspective or abs(m10) == 1.0:
+        return image.depth_buffer()
+    near, far = m14 / (m10 - 1.0), m14 / (m10 + 1.0)
+    buffer = far / (far - near) - far * near / (far - near) / image.depth
+    return np.where(np.isfinite(image.depth), buffer, 1.0).astype(np.float32)
 
 
 def _matrices(

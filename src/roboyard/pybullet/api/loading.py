@@ -28,6 +28,7 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.bodies.body_records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.state.file_search import (
     find_file,
+    folders_above,
     is_as_named,
     is_file,
     not_found_remedy,
@@ -48,8 +49,6 @@ _NO_URDF, _NO_SDF, _NO_MJCF = "Cannot load URDF file.", "Cannot load SDF file.",
 _soft_reader = lazy_module("roboyard.pybullet.readers.deformable")
 _BEGINNING = 65536
 """Bytes of a URDF file in which soft bodies are looked for."""
-_FOLDERS_ABOVE = 4
-"""Folders from that of a robot's file up below which its meshes are looked for."""
 _CACHE_SIZE = 64
 _NAMED_FOLDERS = 64
 """Folders of files that a client remembers."""
@@ -202,11 +201,8 @@ def read_description(client: Client, path: Path) -> RobotDescription:
         search, readable = _search_paths(client), _readable_folders(client)
         load = partial(load_description, path, readable=readable, words_are_zero=True)
         found = load(search_paths=search, missing_meshes="note")
-        if lacks_meshes(found, path.parent):  # Bullet looks below the folders above, too, the nearest first
-            above = [
-                folder for folder in path.absolute().parents[1:_FOLDERS_ABOVE] if folder != folder.parent
-            ]
-            found = load(search_paths=[*search, *above], missing_meshes="note")
+        if lacks_meshes(found, path.parent):
+            found = load(search_paths=[*search, *folders_above(path)], missing_meshes="note")
             if lacks_meshes(found, path.parent):
                 load(search_paths=search)  # raises the error that says which, and where they were looked for
         if any(TEXT_NOTE in note for note in found.notes):
@@ -258,6 +254,8 @@ def loadSDF(
                 file=str(path),
                 kind=RIGID_BODY if rigid and len(model.links) == 1 else MULTIBODY,
             )
+            if is_as_named(path, text(sdfFileName)):
+                record.folder = dirname(sdfFileName)
             ids.append(record.number)
     except RoboyardError as problem:
         raise failure(_NO_SDF, *str(problem).splitlines()) from problem

@@ -332,7 +332,7 @@ def _link_model(link: Link, flags: int, moments_of: MomentsOf) -> LinkModel:
         frame, moments = _file_moments(inertial)
     else:
         moments = moments_of(inertial.mass, frame, link.collisions)
-    if link.contact is not None and link.contact.inertia_scaling is not None:
+    if inertial.mass and link.contact is not None and link.contact.inertia_scaling is not None:
         x, y, z = moments
         k = link.contact.inertia_scaling
         moments = k * x, k * y, k * z

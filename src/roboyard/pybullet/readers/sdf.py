@@ -31,6 +31,7 @@ from roboyard.pybullet.bullet_rules.unreadable_meshes import (
     refuse_unknown_types,
     skips_meshes,
 )
+from roboyard.pybullet.state.file_search import folders_above
 from roboyard.transforms import Array, quaternion_from_matrix
 
 _LIMITS = ("lower", "upper", "effort", "velocity")
@@ -93,34 +94,49 @@ def load_sdf(path: Path, search_paths: Sequence[Path] = (), readable: Sequence[P
             f"the root element is <{root.tag}>, expected <sdf>", file=path, line=line_of(root)
         )
     world = root.find("world")
-    resolver = Resolver.of_file(path, search_paths=search_paths, readable=readable)
+    resolvers = [
+        Resolver.of_file(path, search_paths=folders, readable=readable)
+        for folders in (search_paths, (*search_paths, *folders_above(path)))
+    ]
     return [
-        _read_model(model, path, resolver) for model in (root if world is None else world).findall("model")
+        _read_model(model, path, resolvers) for model in (root if world is None else world).findall("model")
     ]
 
 
-def _read_model(model: ET.Element, path: Path, resolver: Resolver) -> SdfModel:
+def _read_model(model: ET.Element, path: Path, resolvers: Sequence[Resolver]) -> SdfModel:
     poses = {link.get("name", ""): pose_of(link) for link in model.findall("link")}
     robot = made("robot", model, name=model.get("name", ""))
     robot.extend(_link(link) for link in model.findall("link"))
     robot.extend(_joint(joint, poses) for joint in model.findall("joint"))
     try:
-        elements = UrdfElements(file=None, root=robot, resolver=resolver, words_are_zero=True)
-        description = load_description(elements, missing_meshes="note")
+        first, second = (
+            UrdfElements(file=None, root=robot, resolver=resolver, words_are_zero=True)
+            for resolver in resolvers
+        )
+        description = load_description(first, missing_meshes="note")
         if lacks_meshes(description, path.parent):
-            load_description(elements)  # raises the error that says which, and where they were looked for
+            description = load_description(second, missing_meshes="note")
+            if lacks_meshes(description, path.parent):
+                load_description(first)  # raises the error that says which, and where they were looked for
         refuse_unknown_types(description)
         skips_meshes(description)
     except DescriptionError as problem:
         raise DescriptionError(
             str(problem), file=path, line=line_of(model), element=f'model "{model.get("name", "")}"'
         ) from problem
-    static = (text_of(model, "static") or "0").lower()
     return SdfModel(
         description=description,
         pose=pose_of(model) @ poses[description.root.name],
-        is_static=static in ("1", "true"),
+        is_static=_is_one(text_of(model, "static") or ""),
     )
+
+
+def _is_one(text: str) -> bool:
+    """Return whether Bullet reads 1 as a whole number, which it does not of "true"."""
+    try:
+        return 1.0 <= float(text) < 2.0
+    except ValueError:
+        return False
 
 
 def _link(link: ET.Element) -> ET.Element:

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.file_mounts import FileMounts
 
 _MOST_TARGETS = 256
+_FOLDERS_ABOVE = 4
+"""Folders from that of a robot's file up below which its meshes are looked for."""
 _FOLDERS = tuple(join(*([pardir] * up), "data") for up in range(5))  # noqa: PTH118
 """Where files are looked for beside the working directory: its data folder, and those above."""
 
@@ -30,6 +32,12 @@ class SearchPath:
 
 
 OF_PROCESS = SearchPath()
+
+
+def folders_above(file: Path) -> tuple[Path, ...]:
+    """Return the folders above that of a file, the nearest first, where Bullet looks for its meshes, too."""
+    above = file.absolute().parents[1:_FOLDERS_ABOVE]
+    return tuple(folder for folder in above if folder != folder.parent)
 
 
 def program_folders() -> tuple[Path, ...]:
