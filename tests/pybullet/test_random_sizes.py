@@ -14,6 +14,7 @@ from tests.sim.model_numbers import differing
 
 import roboyard.pybullet as p
 from roboyard._mujoco import mujoco
+from roboyard.sim import compiled_world
 from roboyard.sim.pool.former_arrays import FormerArrays
 from roboyard.sim.pool.kept_worlds import FormerWorld
 
@@ -172,3 +173,17 @@ def test_arrays_that_programs_may_hold_are_not_used_again(files: Path) -> None:
     assert former.arrays is not None
     assert world.model is former.arrays.model
     assert world.retire() is None
+
+
+def test_large_arrays_are_given_back(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    p.connect(p.DIRECT)
+    build(files, 0, random.Random(4))
+    p.stepSimulation()
+    world = loops.world()
+    former = world.retire()
+    assert former is not None
+    assert former.arrays is not None
+    monkeypatch.setattr(compiled_world, "MOST_BYTES", 1000)
+    former = world.retire()
+    assert former is not None
+    assert former.arrays is None

@@ -22,6 +22,7 @@ from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
 from roboyard.sim.pool.former_arrays import FormerArrays
 from roboyard.sim.pool.kept_worlds import (
+    MOST_BYTES,
     Changes,
     CompileKey,
     Compiles,
@@ -265,7 +266,7 @@ class CompiledWorld(WorldSpec[BodyT]):
             return None
         arrays = FormerArrays(self._model, self._data, self.of_arrays)
         former = self.compiles.of_next(arrays)
-        if windows_of(self.body_by_id.values()):
+        if windows_of(self.body_by_id.values()) or _array_bytes(self) > MOST_BYTES:
             former.arrays = None
         return former
 
