@@ -25,7 +25,7 @@ class BuildContext:
     """By their XML element."""
     missing_meshes: MissingMeshes
     as_bullet: bool = False
-    """Whether a mesh of scale 0 is flat, and `concave` counts whatever its text says, as for Bullet."""
+    """Whether a mesh of scale 0 is flat, and `concave` counts with any text, as for Bullet."""
 
 
 def unread_attributes(element: ET.Element, *known: str) -> Attributes:
