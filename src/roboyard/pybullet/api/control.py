@@ -348,6 +348,8 @@ def _drive(
         scene.world.wrenches.add_joint_effort(handle, force)
         return
     if mode == c.PD_CONTROL:
+        from roboyard.pybullet.api.spring_damper import SpringDamper
+
         check_finite(
             _FAILED,
             targetPosition=position,
@@ -526,37 +528,6 @@ def _spread(values: Vector, size: int) -> list[float]:
     if len(given) == 1:
         return given * size
     return given if len(given) == size else [DEFAULT_MAX_FORCE] * size
-
-
-class SpringDamper:
-    """PD_CONTROL of one joint: a torque computed before each step."""
-
-    __slots__ = ("_joint", "_kd", "_kp", "_largest", "_position", "_record", "_scene", "_velocity")
-
-    def __init__(
-        self, scene: PhysicsScene, record: BodyRecord, joint: int, position: float, velocity: float, kp:
-        float, kd:
-        float,
-        largest: float,
-    ) -> None:  # fmt: skip
-        self._scene, self._record, self._joint = scene, record, joint
-        self._position, self._velocity, self._kp, self._kd, self._largest = (
-            position,
-            velocity,
-            kp,
-            kd,
-            largest,
-        )
-
-    def __call__(self) -> None:
-        """Apply the torque for the coming step."""
-        record, joint = self._record, self._joint
-        self._scene.ready(record.number, OUT_OF_RANGE)
-        q = record.qpos.item(record.position_addresses[joint])
-        v = record.qvel.item(record.velocity_addresses[joint])
-        torque = self._kp * (self._position - q) + self._kd * (self._velocity - v)
-        torque = min(max(torque, -self._largest), self._largest)
-        self._scene.world.wrenches.add_joint_effort(record.body.joints[joint], torque)
 
 
 START.later(
