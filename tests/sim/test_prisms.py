@@ -72,17 +72,19 @@ def test_other_points_are_left_to_qhull(points: np.ndarray) -> None:
 
 
 @pytest.mark.parametrize(("radius", "length"), [(0.05, 0.3), (0.3, 0.02), (1.0, 0.1), (0.013, 2.0)])
+@pytest.mark.parametrize("steps", [0, 10216])
 def test_cylinders_of_files_have_the_corners_that_a_search_finds(
-    monkeypatch: pytest.MonkeyPatch, radius: float, length: float
+    monkeypatch: pytest.MonkeyPatch, radius: float, length: float, steps: int
 ) -> None:
-    """Corners are rounded as Bullet rounds them; MuJoCo gets the same ones in the same order."""
+    """With steps, corners are rounded as Bullet rounds them."""
     mesh = prism(radius, length).data
     assert isinstance(mesh, TriangleMesh)
     monkeypatch.setattr(mesh_assets, "_HULLS", {})
     monkeypatch.setattr(mesh_assets, "load_hull", lambda key: pytest.fail("no hull is looked for"))
-    points, faces = mesh_assets.convex_hull(mesh, 10216, single=False)
-    searched, others = mesh_assets._hull(mesh.vertices[np.unique(mesh.faces)], 10216)
-    np.testing.assert_array_equal(points, searched)
+    points, faces = mesh_assets.convex_hull(mesh, steps, single=False)
+    corners = mesh.vertices if steps else mesh.vertices.astype(np.float32).astype(float)
+    searched, others = mesh_assets._hull(mesh_assets.rounded(corners, steps) if steps else corners)
+    np.testing.assert_array_equal(np.unique(points, axis=0), np.unique(searched, axis=0))
     assert _volume(points, faces) == pytest.approx(_volume(searched, others), rel=1e-12)
 
 

@@ -113,6 +113,7 @@ def scaled(mesh: TriangleMesh, scale: ArrayLike) -> TriangleMesh:
         uv=mesh.uv,
         colors=mesh.colors,
         texture=mesh.texture,
+        hull_points=None if mesh.hull_points is None else read_only(mesh.hull_points * factors, np.float64),
     )
 
 

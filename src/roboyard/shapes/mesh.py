@@ -26,6 +26,8 @@ class TriangleMesh:
     """(m, 4) RGBA of each face if the file has materials or vertex colours."""
     texture: NDArray[np.uint8] | None = None
     """(h, w, 4) RGBA image, row 0 at the top."""
+    hull_points: NDArray[np.float64] | None = None
+    """(k, 3) points (m) that the mesh is the convex hull of, as they were given; None of other meshes."""
 
     @cached_property
     def bounds(self) -> NDArray[np.float64]:

@@ -249,7 +249,8 @@ def prism(radius: float, length: float) -> Mesh:
     points[0::2, 1] = points[1::2, 1] = radius * cosines
     points[0::2, 2], points[1::2, 2] = length / 2, -length / 2
     points.setflags(write=False)
-    return Mesh(uri="cylinder", path=None, data=TriangleMesh(vertices=points, faces=faces))
+    mesh = TriangleMesh(vertices=points, faces=faces, hull_points=points)
+    return Mesh(uri="cylinder", path=None, data=mesh)
 
 
 @cache

@@ -21,9 +21,9 @@ from roboyard._digests import blake2b
 from roboyard.transforms import Array
 
 _HEADER = struct.Struct("<8sII")
-_FORMAT = b"ryhull2\0"
+_FORMAT = b"ryhull3\0"
 """First bytes of a file; another number for another way to compute hulls."""
-_GROUP_FORMAT = b"rymesh1\0"
+_GROUP_FORMAT = b"rymesh2\0"
 _COUNTS = struct.Struct("<II")
 _CHECKSUM = 16
 MOST_VERTICES = 20_000

@@ -14,6 +14,7 @@ import numpy as np
 
 from roboyard._digests import blake2b
 from roboyard.shapes.mesh import TriangleMesh, bounding_box
+from roboyard.sim.build.hull_order import on_grid, ordered_hull
 from roboyard.sim.build.hull_store import load_group, load_hull, store_group, store_hull
 from roboyard.sim.build.prisms import prism_faces
 from roboyard.transforms import Array
@@ -24,14 +25,18 @@ if TYPE_CHECKING:
 _HULLS: dict[bytes, tuple[Array, np.ndarray]] = {}
 _HULLS_LIMIT = 4096
 _searched = [0]
-"""Number of hulls that were not known and are no prisms."""
+"""Number of hulls that were not known and are not found sooner than a file is read."""
 _MSH_HEADER = struct.Struct("<4i")
 FEWEST_TOGETHER = 2
 """Fewest hulls that are kept in one file."""
 MOST_PRISM_CORNERS = 512
 """Meshes with more corners are searched for their hull."""
+MOST_POINTS = 128
+"""Points whose hull on a grid is found sooner than a file is read."""
 MOST_KEPT = 256 * 2**20
 """Bytes of computed meshes that MuJoCo may keep of all worlds."""
+MAYBE_FLAT = 1e-3
+"""Volume of a hull, as a share of a cube of its largest extent, above which it is not flat."""
 THICKNESS = 1e-3
 """Thickness (m) added to flat collision meshes, since MuJoCo collides solids only."""
 
@@ -142,7 +147,7 @@ class HullGroup:
             self._keys = []
 
     def store(self) -> None:
-        """Keep those that were computed since, once all were, unless all are prisms."""
+        """Keep those that were computed since, once all were, unless all are found sooner than a file."""
         if _searched[0] == self._searched:
             return
         found = [_HULLS[key] for key in self._keys if key in _HULLS]
@@ -182,25 +187,28 @@ def convex_hull(mesh: TriangleMesh, steps: int = 0, *, single: bool = True) -> t
     Args:
         mesh: the triangles.
         steps: number of steps over each extent to which the corners are rounded towards the middle, as an
-            impulse engine does whose hulls have integer coordinates; 0: they are not rounded.
+            impulse engine does whose hulls have integer coordinates; 0: they are not rounded. With steps the
+            vertices are in the order of that engine, and those that are in a face or an edge are no corners.
         single: whether the coordinates are taken in single precision; without steps they are in any case.
     """
     key = _hull_key(mesh, steps, single=single)
     found = _HULLS.get(key)
     if found is None:
-        found = _prism(mesh, steps, single=single or not steps)
+        points, counts = _points(mesh, single=single or not steps, all_counts=steps > 0)
+        found = _soon_found(points, counts, steps)
         if found is None:
             _searched[0] += 1
             found = load_hull(key)
         if found is None:
-            found = _hull(_corners(mesh, single=single or not steps), steps)
+            found = _hull_on_grid(points, counts, steps) if steps else _hull(_thickened(points))
             store_hull(key, *found)
         _keep_hull(key, found)
     return found
 
 
 def _hull_key(mesh: TriangleMesh, steps: int, *, single: bool) -> bytes:
-    return _digest(mesh.vertices, mesh.faces, 2 * steps + (single or not steps))
+    points = mesh.hull_points if steps else None
+    return _digest(mesh.vertices, mesh.faces, 2 * steps + (single or not steps), points)
 
 
 def _keep_hull(key: bytes, hull: tuple[Array, np.ndarray]) -> None:
@@ -209,27 +217,41 @@ def _keep_hull(key: bytes, hull: tuple[Array, np.ndarray]) -> None:
     _HULLS[key] = hull
 
 
-def _corners(mesh: TriangleMesh, *, single: bool) -> Array:
-    points = mesh.vertices[np.unique(mesh.faces)]
-    return points.astype(np.float32).astype(float) if single else points
+def _points(mesh: TriangleMesh, *, single: bool, all_counts: bool) -> tuple[Array, np.ndarray | None]:
+    """Return the (n, 3) points (m) that a mesh gives to its hull, and how often; None: each once.
+
+    all_counts: whether each triangle gives its corners; else each vertex is given once.
+    """
+    points, counts = mesh.hull_points if all_counts else None, None
+    if points is None:
+        counts = np.bincount(mesh.faces.ravel(), minlength=len(mesh.vertices))
+        used = np.flatnonzero(counts)
+        points, counts = mesh.vertices[used], counts[used]
+    return points.astype(np.float32).astype(float) if single else points, counts
 
 
-def _prism(mesh: TriangleMesh, steps: int, *, single: bool) -> tuple[Array, np.ndarray] | None:
-    """Return the convex hull of an upright prism, to be found without a search; None of other meshes."""
-    if len(mesh.vertices) > MOST_PRISM_CORNERS:
-        return None
-    points = _corners(mesh, single=single)
-    points = rounded(points, steps) if steps else points
-    faces = prism_faces(points)
+def _soon_found(points: Array, counts: np.ndarray | None, steps: int) -> tuple[Array, np.ndarray] | None:
+    """Return a hull that is found sooner than a file is read; None of others."""
+    if steps:
+        return _hull_on_grid(points, counts, steps) if len(points) <= MOST_POINTS else None
+    faces = prism_faces(points) if len(points) <= MOST_PRISM_CORNERS else None
     return None if faces is None else (points, faces)
 
 
-def _hull(points: Array, steps: int) -> tuple[Array, np.ndarray]:
+def _hull_on_grid(points: Array, counts: np.ndarray | None, steps: int) -> tuple[Array, np.ndarray]:
+    """Return the hull of points that were given so often; see `convex_hull`."""
+    corners, faces, fullness = ordered_hull(points, steps, counts)
+    if fullness < MAYBE_FLAT and (fullness == 0.0 or len(_thickened(corners)) > len(corners)):
+        thick = _thickened(points)
+        corners, faces, fullness = ordered_hull(thick, steps)
+        if fullness == 0.0:
+            return _hull(rounded(thick, steps))
+    return corners, faces
+
+
+def _hull(points: Array) -> tuple[Array, np.ndarray]:
     from roboyard._qhull import qhull
 
-    points = _thickened(points)
-    if steps:
-        points = rounded(points, steps)
     hull = qhull()[0](points, qhull_options="Qt")
     order = np.unique(hull.simplices)
     index = np.full(len(points), -1)
@@ -245,10 +267,8 @@ def _hull(points: Array, steps: int) -> tuple[Array, np.ndarray]:
 def rounded(points: Array, steps: int) -> Array:
     """Return (n, 3) points on a grid of so many steps over each extent, rounded towards the middle (m)."""
     lower, upper = bounding_box(points)
-    size = (upper - lower) * (1.0 / steps)  # Bullet divides so; a corner at a step depends on the last bit
-    middle = (lower + upper) * 0.5
-    per_step = np.divide(1.0, size, out=np.zeros(3), where=size > 0.0)
-    return np.trunc((points - middle) * per_step) * size + middle
+    grid, size, middle = on_grid(points, lower, upper, steps)
+    return grid * size + middle
 
 
 def _thickened(points: Array) -> Array:
@@ -265,10 +285,13 @@ def _thickened(points: Array) -> Array:
     return points
 
 
-def _digest(vertices: Array, faces: np.ndarray, steps: int = 0) -> bytes:
+def _digest(vertices: Array, faces: np.ndarray, steps: int = 0, points: Array | None = None) -> bytes:
     digest = blake2b(digest_size=16)
     digest.update(np.ascontiguousarray(vertices).data)
     digest.update(np.ascontiguousarray(faces).data)
+    if points is not None:
+        digest.update(b"points")
+        digest.update(np.ascontiguousarray(points).data)
     if steps:
         digest.update(steps.to_bytes(8, "little"))
     return digest.digest()

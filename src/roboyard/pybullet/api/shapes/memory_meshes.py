@@ -78,7 +78,9 @@ def _hull(numbers: bytes) -> TriangleMesh:
     a, b, d = (corners[faces[:, k]] for k in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, d - a), a - corners.mean(axis=0)) < 0
     faces[inward] = faces[inward][:, ::-1]
-    return TriangleMesh(vertices=read_only(corners, np.float64), faces=read_only(faces, np.int32))
+    return TriangleMesh(
+        vertices=read_only(corners, np.float64), faces=read_only(faces, np.int32), hull_points=points
+    )
 
 
 def _per_vertex(values: Sequence[Vector], count: int, width: int) -> np.ndarray | None:
