@@ -136,12 +136,12 @@ def test_contacts_that_become_more_and_fewer_have_room(client: int) -> None:
     """Hulls in two heaps, of which one is taken away and dropped again."""
     _, first = _tilted_hull()
     shape = p.createCollisionShape(p.GEOM_MESH, vertices=CORNERS)
-    hulls = [first] + [p.createMultiBody(1, shape, -1, [0.3 * k - 0.6, 0.3, 0.05]) for k in range(5)]
+    hulls = [first] + [p.createMultiBody(1, shape, -1, [0.3 * k - 0.5, 0.3, 0.05]) for k in range(5)]
     for round_ in range(6):
         for k, hull in enumerate(hulls[1:]):
             away = round_ % 2 and k > 0
             p.resetBasePositionAndOrientation(
-                hull, [0.3 * k - 0.6, 0.3, 3.0 if away else 0.041], [0, 0, 0, 1]
+                hull, [0.3 * k - 0.5, 0.3, 3.0 if away else 0.041], [0, 0, 0, 1]
             )
             p.resetBaseVelocity(hull, [0, 0, 0], [0, 0, 0])
         for _ in range(30):

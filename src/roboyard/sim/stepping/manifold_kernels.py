@@ -126,7 +126,9 @@ def keep_points(  # pragma: no cover
             )  # fmt: skip
         only = -1  # of the points on a plane, Bullet finds the deepest in each step
         if geom_type[a] == PLANE or geom_type[b] == PLANE:
-            only = deepest(contacts, first, i, geom_type, geom_body, xpos, xmat)
+            only = first  # where `place_contacts` puts the first corner of a hull
+            if boxes.shape[0] == 0 or spans[a, 1] + spans[b, 1] == 0:
+                only = deepest(contacts, first, i, geom_type, geom_body, xpos, xmat)
         in_turn = are_boxes and boxes.shape[0] > 0 and i - first > 1
         listed = i - first
         if in_turn:

@@ -71,6 +71,9 @@ def place_contacts(  # pragma: no cover
             if geom_type[a] == PLANE and geom_type[b] == MESH:
                 for k in range(first, i):
                     place_corner(position, frame, dist, k, hulls, spans, b, geom_body[b], xpos, xmat)
+                if keeps == 1 and spans[b, 1] > 0:
+                    write_core(geom_type, geom_body, xpos, xmat, boxes, rounding, b, work, FIRST)
+                    put_lowest_first(position, frame, dist, first, i, hulls, spans, b, work)
             elif geom_type[a] == PLANE and has_core(geom_type, rounding, spans, b):
                 if keeps == 0 or geom_type[b] == BOX:  # whose corners are sharp there
                     continue
@@ -247,6 +250,29 @@ def place_corner(position, frame, dist, i, hulls, spans, geom, body, xpos, xmat)
     dist[i] += along
     for d in range(3):
         position[i, d] -= 0.5 * along * frame[i, d]
+
+
+def put_lowest_first(position, frame, dist, first, end, hulls, spans, geom, work):
+    """Let the first contact of a plane with a hull at FIRST be at the hull's lowest corner.
+
+    Of corners that are as low, it is the first. Where it has no contact yet, it takes the last one's place.
+    """
+    nx, ny, nz = frame[first, 0], frame[first, 1], frame[first, 2]
+    x, y, z = farthest(MESH, hulls, spans[geom, 0], spans[geom, 1], work, FIRST, -nx, -ny, -nz)
+    half = 0.5 * dist[first]
+    apart = (
+        nx * (x - position[first, 0]) + ny * (y - position[first, 1]) + nz * (z - position[first, 2]) + half
+    )
+    x, y, z = x - 0.5 * apart * nx, y - 0.5 * apart * ny, z - 0.5 * apart * nz
+    place = end - 1
+    for k in range(first, end):
+        if (position[k, 0] - x) ** 2 + (position[k, 1] - y) ** 2 + (position[k, 2] - z) ** 2 < UNMOVED:
+            place = k
+            break
+    for d in range(3):
+        position[place, d] = position[first, d]
+    dist[place] = dist[first]
+    position[first, 0], position[first, 1], position[first, 2], dist[first] = x, y, z, apart
 
 
 def place_lowest(position, frame, dist, i, kind, hulls, spans, geom, work):
