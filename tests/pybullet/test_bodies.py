@@ -781,3 +781,15 @@ def test_meshes_are_looked_for_below_the_folders_above_a_robot(client: int, tmp_
         else:
             with pytest.raises(p.error):
                 p.loadURDF(str(file))
+
+
+def test_a_body_falls_as_in_pybullet_to_the_last_bits(client: int) -> None:
+    """Its damping of 0.04 is a number of single precision; recorded with PyBullet 3.2.7."""
+    p.setGravity(0, 0, -10)
+    body = p.createMultiBody(
+        0.3, p.createCollisionShape(p.GEOM_SPHERE, radius=0.01), basePosition=[0, 0, 0.032]
+    )
+    for _ in range(11):
+        p.stepSimulation()
+    assert p.getBasePositionAndOrientation(body)[0][2] == pytest.approx(0.020549486807763393, abs=1e-16)
+    assert p.getBaseVelocity(body)[0][2] == pytest.approx(-0.4578403743713884, abs=1e-15)

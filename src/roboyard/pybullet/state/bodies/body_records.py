@@ -35,7 +35,8 @@ if TYPE_CHECKING:
 DEFAULT_FRICTION = 0.5
 CONTACT_STIFFNESS, CONTACT_DAMPING = 1e4, 1.0
 """Contact stiffness (N/m) and damping (N s/m) of a description that gives only the other."""
-DEFAULT_DAMPING = 0.04
+DEFAULT_DAMPING = 0.03999999910593033
+"""Bullet's 0.04, a number of single precision: bodies fall as there to the last bit."""
 DEFAULT_IMPULSE = {0: 1.0, 1: 1.0, 2: 1000.0}
 """Largest impulse per step of the default motor of a joint, by joint type (N m s or N s)."""
 _FEW = 4
