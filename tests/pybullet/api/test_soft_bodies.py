@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import roboyard.pybullet as p
 
@@ -147,6 +148,102 @@ def record_block_of_a_urdf(p: Any, folder: Path) -> Any:
     return [found[0], p.getNumBodies(), p.getBodyInfo(1)[1].decode(), p.getNumJoints(1)]
 
 
+def write_fold(file: Path, n: int = 9) -> str:
+    """Write a cloth whose one half lies 0.1 m to 0.15 m over its other half, as OBJ."""
+    line = [k / (n - 1) - 0.5 for k in range(n)]
+    lines = [f"v {abs(x)} {y} {0.0 if x < 0 else 0.1 + 0.1 * x}" for x in line for y in line]
+    for i in range(n - 1):
+        for j in range(n - 1):
+            a = i * n + j + 1
+            lines += [f"f {a} {a + n} {a + n + 1}", f"f {a} {a + n + 1} {a + 1}"]
+    file.write_text("\n".join(lines) + "\n")
+    return str(file)
+
+
+def record_halves_of_a_cloth_on_each_other(p: Any, folder: Path) -> Any:
+    p.resetSimulation(p.RESET_USE_DEFORMABLE_WORLD)
+    p.setGravity(0, 0, -9.8)
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[2, 2, 0.1]), -1, [0, 0, -0.1])
+    cloth = p.loadSoftBody(
+        write_fold(folder / "fold.obj"), basePosition=[0, 0, 0.05], mass=0.5, useMassSpring=1,
+        springElasticStiffness=40, springDampingStiffness=0.1, useBendingSprings=1, springBendingStiffness=1,
+        frictionCoeff=0.5, useSelfCollision=1, collisionMargin=0.02,
+    )  # fmt: skip
+    found = []
+    for _ in range(3):
+        for _ in range(20):
+            p.stepSimulation()
+        points = nodes(p, cloth)
+        found.append([points[:36, 2].mean(), points[45:, 2].mean(), points.mean(axis=0).tolist()])
+    return found
+
+
+def record_a_strongly_damped_ball_that_falls(p: Any, folder: Path) -> Any:
+    """Strong dampers, and nodes near the poles that are within reach of each other."""
+    p.resetSimulation(p.RESET_USE_DEFORMABLE_WORLD)
+    p.setGravity(0, 0, -9.8)
+    p.setTimeStep(0.002)
+    rows, lines = 12, ["v 0 0 0.4", "v 0 0 -0.4"]
+    for i in range(rows):
+        t = np.pi * (i + 1) / (rows + 1)
+        for a in 2 * np.pi * np.arange(rows) / rows:
+            lines.append(f"v {0.4 * np.sin(t) * np.cos(a)} {0.4 * np.sin(t) * np.sin(a)} {0.4 * np.cos(t)}")
+    for j in range(rows):
+        first, second, last = 3 + j, 3 + (j + 1) % rows, 3 + (rows - 1) * rows
+        lines += [f"f 1 {first} {second}", f"f 2 {last + (j + 1) % rows} {last + j}"]
+        for i in range(rows - 1):
+            a, b = first + i * rows, second + i * rows
+            lines += [f"f {a} {a + rows} {b + rows}", f"f {a} {b + rows} {b}"]
+    (folder / "ball.obj").write_text("\n".join(lines) + "\n")
+    ball = p.loadSoftBody(
+        str(folder / "ball.obj"), basePosition=[0, 0, 0.5], mass=1, useMassSpring=1, useBendingSprings=1,
+        springElasticStiffness=10, springDampingStiffness=1, springBendingStiffness=10,
+        springDampingAllDirections=1, frictionCoeff=0.1, useSelfCollision=1, collisionMargin=0.05,
+    )  # fmt: skip
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[2, 2, 0.1]), -1, [0, 0, -0.1])
+    found = []
+    for _ in range(4):
+        for _ in range(25):
+            p.stepSimulation()
+        found.append(summary(nodes(p, ball)))
+    return found
+
+
+def record_colours_and_textures(p: Any, folder: Path) -> Any:
+    """Colours in the four quarters of a cloth of a file with or without coordinates, and with a material."""
+    picture = Image.new("RGB", (64, 64), (0, 0, 255))
+    picture.paste((255, 0, 0), (0, 0, 31, 64))
+    picture.paste((0, 255, 0), (0, 0, 31, 32))
+    picture.save(folder / "four.png")
+    (folder / "red.mtl").write_text("newmtl red\nKd 1 0 0\n")
+    plain_lines = Path(write_cloth(folder / "plain.obj")).read_text().splitlines()
+    mapped = [line for line in plain_lines if line.startswith("v ")]
+    mapped += ["vt {} {}".format(*(0.5 + float(x) for x in line.split()[1:3])) for line in mapped]
+    faces = [line.split()[1:] for line in plain_lines if line.startswith("f ")]
+    mapped += ["f " + " ".join(f"{k}/{k}" for k in face) for face in faces]
+    (folder / "mapped.obj").write_text("\n".join(mapped) + "\n")
+    (folder / "red.obj").write_text("\n".join(["mtllib red.mtl", "usemtl red", *mapped]) + "\n")
+    view = p.computeViewMatrix([0, 0, 3], [0, 0, 0], [0, 1, 0])
+    lens = p.computeProjectionMatrixFOV(30, 1, 0.1, 9)
+
+    def quarters() -> Any:
+        image = p.getCameraImage(64, 64, view, lens, renderer=p.ER_TINY_RENDERER)[2]
+        return np.reshape(image, (64, 64, 4))[24:41:16, 24:41:16, :3].tolist()
+
+    found = []
+    for name in ("plain", "mapped", "red"):
+        p.resetSimulation(p.RESET_USE_DEFORMABLE_WORLD)
+        cloth = p.loadSoftBody(str(folder / f"{name}.obj"), mass=1, useMassSpring=1, collisionMargin=0.01)
+        found.append(quarters())
+        p.changeVisualShape(cloth, -1, textureUniqueId=p.loadTexture(str(folder / "four.png")))
+        found.append(quarters())
+        p.changeVisualShape(cloth, -1, rgbaColor=[1, 1, 0, 1])
+        found.append(quarters())
+        p.changeVisualShape(cloth, -1, textureUniqueId=-1)
+        found.append(quarters())
+    return found
+
+
 def record_queries(p: Any, folder: Path) -> Any:
     cloth = pinned_cloth(p, folder)
     cube = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), -1, [0, 2, 1])
@@ -195,6 +292,30 @@ def test_dampers_along_springs_as_in_pybullet(agrees: Callable[..., None]) -> No
 
 def test_a_soft_block_bounces_and_slides_as_in_pybullet(agrees: Callable[..., None]) -> None:
     agrees(record_block_that_falls_on_its_foot, 1.5e-2)
+
+
+def test_halves_of_a_cloth_lie_on_each_other_as_in_pybullet(agrees: Callable[..., None]) -> None:
+    agrees(record_halves_of_a_cloth_on_each_other, 4e-3)
+
+
+def test_a_strongly_damped_ball_falls_as_in_pybullet(agrees: Callable[..., None]) -> None:
+    agrees(record_a_strongly_damped_ball_that_falls, 1e-2)
+
+
+def test_colours_and_textures_of_soft_bodies(agrees: Callable[..., None]) -> None:
+    agrees(record_colours_and_textures, 1)
+
+
+def test_an_image_shows_its_middle_on_the_surface_of_a_solid(client: int, tmp_path: Path) -> None:
+    p.resetSimulation(p.RESET_USE_DEFORMABLE_WORLD)
+    block = p.loadSoftBody(write_block(tmp_path / "block.vtk"), useNeoHookean=1, NeoHookeanMu=100)
+    Image.new("RGB", (8, 8), (0, 255, 0)).save(tmp_path / "green.png")
+    p.changeVisualShape(block, -1, textureUniqueId=p.loadTexture(str(tmp_path / "green.png")))
+    view = p.computeViewMatrix([0, 0, 4], [0, 0, 0], [0, 1, 0])
+    lens = p.computeProjectionMatrixFOV(30, 1, 0.1, 9)
+    p.stepSimulation()
+    image = np.reshape(p.getCameraImage(64, 64, view, lens)[2], (64, 64, 4))
+    assert image[32, 32].tolist() == [0, 239, 0, 255]
 
 
 def test_urdf_files_of_soft_bodies(agrees: Callable[..., None]) -> None:

@@ -56,7 +56,7 @@ def loadSoftBody(
 ) -> int:
     """Load a soft body and return its id.
 
-    Contacts are rigid and include faces, so `useFaceContact` and `repulsionStiffness` have no effect.
+    Contacts are rigid and include faces, so `useFaceContact` has no effect.
 
     Args:
         fileName: OBJ or VTK file of the visible mesh; without `simFileName` its vertices are the nodes.
@@ -78,7 +78,7 @@ def loadSoftBody(
         frictionCoeff: sliding friction coefficient.
         useFaceContact: no effect.
         useSelfCollision: parts of the body touch each other.
-        repulsionStiffness: no effect.
+        repulsionStiffness: of the springs that keep its parts apart (N/m).
         simFileName: VTK or OBJ file of the nodes.
 
     Raises:
@@ -90,13 +90,12 @@ def loadSoftBody(
     elastic, damping = number(springElasticStiffness), number(springDampingStiffness)
     bending = number(springBendingStiffness) if whole(useBendingSprings) else None
     solid = number(NeoHookeanMu), number(NeoHookeanLambda), number(NeoHookeanDamping)
-    friction = number(frictionCoeff)
+    friction, repulsion = number(frictionCoeff), number(repulsionStiffness)
     check_finite(
         _NO_BODY, basePosition=position, baseOrientation=orientation, scale=size, mass=weight,
-        collisionMargin=margin, frictionCoeff=friction,
+        collisionMargin=margin, frictionCoeff=friction, repulsionStiffness=repulsion,
     )  # fmt: skip
     whole(useFaceContact)
-    number(repulsionStiffness)
     file = _existing(client, text(fileName))
     simulated = _existing(client, text(simFileName)) if simFileName else None
     try:
@@ -122,6 +121,7 @@ def loadSoftBody(
             margin=margin if margin > 0.0 else DEFAULT_MARGIN,
             friction=max(friction, 0.0),
             self_collision=bool(whole(useSelfCollision)),
+            repulsion=max(repulsion, 0.0),
         )
         record = add_soft_body(client.scene, soft, position, orientation, link_name=file.stem, file=str(file))
     except RoboyardError as problem:

@@ -11,8 +11,7 @@ import numpy as np
 from roboyard._records import dataclass
 from roboyard.description.urdf.xml import line_of, read_xml
 from roboyard.errors import DescriptionError, MeshError
-from roboyard.shapes import load_mesh
-from roboyard.shapes.load import MAX_FILE_BYTES
+from roboyard.shapes.load import MAX_FILE_BYTES, load_for_texture, load_mesh
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.readers.parts import TooManyTrianglesError
 from roboyard.shapes.readers.read_obj import read_obj_surface
@@ -45,6 +44,8 @@ class SoftModel:
     """Distance from the nodes at which surfaces are (m)."""
     friction: float = 1.0
     self_collision: bool = False
+    repulsion: float = 0.5
+    """Stiffness of the springs that keep its parts apart (N/m)."""
 
 
 def read_shape(
@@ -67,13 +68,23 @@ def read_shape(
         nodes, elements = nodes[used], places.reshape(elements.shape)
     else:
         nodes, elements = _surface(of_nodes)
-    skin = None if file.suffix.lower() == ".vtk" else load_mesh(file)
-    if skin is not None and scale != 1.0:
-        skin = TriangleMesh(
-            vertices=skin.vertices * scale,
-            faces=skin.faces, uv=skin.uv, colors=skin.colors, texture=skin.texture,
-        )  # fmt: skip
+    skin = None if file.suffix.lower() == ".vtk" else _visible(file, scale)
     return nodes * scale, elements, skin
+
+
+def _visible(file: Path, scale: float) -> TriangleMesh:
+    """Return a visible mesh (m) with the texture coordinates of its file, for its own or another image.
+
+    It is white, whatever the colours of the file, and without coordinates it shows an image's middle.
+    """
+    mesh = load_mesh(file)
+    if mesh.uv is None:
+        mesh = load_for_texture(file) or mesh
+    uv = np.full((len(mesh.vertices), 2), 0.5) if mesh.uv is None else mesh.uv
+    return TriangleMesh(
+        vertices=mesh.vertices if scale == 1.0 else mesh.vertices * scale,
+        faces=mesh.faces, uv=uv, texture=mesh.texture,
+    )  # fmt: skip
 
 
 def _surface(file: Path) -> tuple[Array, np.ndarray]:

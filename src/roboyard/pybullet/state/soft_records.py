@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.bodies.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
+_WHITE = (1.0, 1.0, 1.0, 1.0)
+"""Colour until a script gives another one."""
 _STIFFEST = 0.1
 """Stiffness, times time step squared over a node's mass, of surfaces without a material."""
 
@@ -57,7 +59,9 @@ def add_soft_body(
         radius=soft.margin,
         friction=soft.friction,
         self_collision=soft.self_collision,
+        repulsion=soft.repulsion,
         skin=soft.skin,
+        rgba=_WHITE,
         name=soft.name,
     )
     description = made.body.description

@@ -37,6 +37,7 @@ def add_soft_body(
     radius: float,
     friction: float,
     self_collision: bool,
+    repulsion: float | None,
     skin: TriangleMesh | None,
     rgba: RGBA | None,
     name: str,
@@ -51,6 +52,8 @@ def add_soft_body(
     turn = matrix_from_quaternion(np.asarray(orientation, dtype=float))
     place = np.asarray(position, dtype=float)
     placed = local @ turn.T + place
+    if repulsion is not None and not 0.0 <= repulsion < np.inf:
+        raise RoboyardError(f"{name}: repulsion must be at least 0 and finite, got {repulsion}")
     if not np.isfinite(placed).all():
         raise RoboyardError(f"{name}: position and orientation must be finite")
     materials = (material,) if isinstance(material, Springs | NeoHookean) else tuple(material)
@@ -67,7 +70,7 @@ def add_soft_body(
     masses = np.full(len(placed), mass / len(placed))
     shape = SoftShape(
         positions=placed, masses=masses, elements=cells, radius=radius, friction=friction,
-        self_collision=self_collision,
+        self_collision=self_collision, repulsion=repulsion,
     )  # fmt: skip
     unique = world.reserve_name(name)
     centre = np.average(placed, axis=0, weights=masses)

@@ -44,6 +44,9 @@ class SoftShape:
     """Distance from the nodes at which surfaces are (m)."""
     friction: float
     self_collision: bool
+    """Whether its parts touch each other."""
+    repulsion: float | None = None
+    """Stiffness (N/m) of springs that keep its parts apart, instead of contacts; None for contacts."""
 
 
 def build_soft(
@@ -83,9 +86,8 @@ def build_soft(
         conaffinity=ALL_MASKS,
         condim=3,
     )
-    flex.selfcollide = (
-        mujoco.mjtFlexSelf.mjFLEXSELF_AUTO if shape.self_collision else mujoco.mjtFlexSelf.mjFLEXSELF_NONE
-    )
+    kinds, has_contacts = mujoco.mjtFlexSelf, shape.self_collision and shape.repulsion is None
+    flex.selfcollide = kinds.mjFLEXSELF_AUTO if has_contacts else kinds.mjFLEXSELF_NONE
     flex.friction[0] = shape.friction
     if hard:
         flex.solimp = HARD_SOLIMP

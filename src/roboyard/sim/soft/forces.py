@@ -17,7 +17,14 @@ Call = tuple[Any, tuple[Any, ...]]
 
 
 def force_calls(
-    parts: Iterable[Lattice | Solid], row: int, dof: int, position: Any, velocity: Any, force: Any
+    parts: Iterable[Lattice | Solid],
+    row: int,
+    dof: int,
+    position: Any,
+    velocity: Any,
+    force: Any,
+    *,
+    is_damped: bool = True,
 ) -> list[Call]:
     """Return the calls that add the forces of springs and tetrahedra to `force`.
 
@@ -28,16 +35,18 @@ def force_calls(
         position: (nbody, 3) (m).
         velocity: (nv,) (m/s).
         force: (nv,) (N).
+        is_damped: whether the forces of dampers are among them.
     """
     found: list[Call] = []
     for part in parts:
         if isinstance(part, Lattice):
             every = int(part.damps_all_directions)
-            law = part.ends, part.length, part.stiffness, part.damping, every
+            law = part.ends, part.length, part.stiffness, part.damping * is_damped, every
             found.append((kernels().add_spring_forces, (*law, row, dof, position, velocity, force)))
         else:
             material = part.material
-            law = part.nodes, part.inverse, part.volume, material.mu, material.lam, material.damping
+            law = part.nodes, part.inverse, part.volume, material.mu, material.lam
+            law += (material.damping * is_damped,)
             work = np.zeros((12, 3))
             found.append((kernels().add_solid_forces, (*law, row, dof, position, velocity, work, force)))
     return found

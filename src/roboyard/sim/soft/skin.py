@@ -41,9 +41,16 @@ class Skin:
 
 
 def surface_skin(positions: Array, triangles: Ints) -> Skin:
-    """Return the skin that consists of the nodes themselves: (n, 3) (m), (m, 3)."""
+    """Return the skin that consists of the nodes themselves: (n, 3) (m), (m, 3).
+
+    An image shows its middle on it.
+    """
     count = len(positions)
-    mesh = TriangleMesh(vertices=read_only(positions, np.float64), faces=read_only(triangles, np.int32))
+    mesh = TriangleMesh(
+        vertices=read_only(positions, np.float64),
+        faces=read_only(triangles, np.int32),
+        uv=read_only(np.full((count, 2), 0.5), np.float64),
+    )
     return Skin(mesh=mesh, nodes=np.arange(count, dtype=np.int32)[:, None], weights=np.ones((count, 1)))
 
 

@@ -12,7 +12,9 @@ from roboyard.sim.engine import Engine
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
+    from roboyard.sim.soft.damping import Damping
     from roboyard.sim.soft.forces import Call
+    from roboyard.sim.soft.repulsion import Repulsion
     from roboyard.sim.soft.soft_body import SoftBody
 
 kernels = lazy_module("roboyard.sim.soft.kernels")
@@ -30,6 +32,11 @@ class SoftBodies:
         """The soft bodies."""
         self._parts = (0.0, 0)
         self._calls: list[Call] | None = None
+        self.whole_step = 0.0
+        """Time (s) of the step of which the next forces are those of the first part; 0 in later parts."""
+        self._repulsions: dict[int, Repulsion] = {}
+        self._dampings: dict[int, Damping | None] = {}
+        """Of the bodies whose damping is that of the velocities after the step."""
         self._nodes: tuple[Any, ...] | None = None
         """Arguments of `merge_contacts` that stay: elements, nodes, and how near they count as one."""
         self.has_rigid_contacts = False
@@ -53,6 +60,8 @@ class SoftBodies:
                 if anchor.link is not None and anchor.link.body.id == body_id:
                     soft.release(anchor)
         soft = self.by_id.pop(body_id, None)
+        self._repulsions.pop(body_id, None)
+        self._dampings.pop(body_id, None)
         if soft is not None:
             soft.discard()
         self._parts = (0.0, 0)
@@ -65,11 +74,27 @@ class SoftBodies:
     def parts(self, timestep: float) -> int:
         """Return into how many parts a time step (s) has to be divided."""
         if self._parts[0] != timestep:
-            from roboyard.sim.soft.stability import parts_of_step
-
-            found = (parts_of_step(timestep, *soft.fastest_rates) for soft in self.by_id.values())
-            self._parts = timestep, max(found, default=1)
+            found = [self._parts_of(soft, timestep) for soft in self.by_id.values()]
+            self._parts, self._calls = (timestep, max(found, default=1)), None
         return self._parts[1]
+
+    def _parts_of(self, soft: SoftBody, timestep: float) -> int:
+        """Return into how many parts a body has to divide a step, and choose the kind of its damping.
+
+        Damping by the velocities after the step needs no parts, but a system of equations is solved for it.
+        """
+        from roboyard.sim.soft.damping import Damping, is_possible
+        from roboyard.sim.soft.stability import parts_of_step
+
+        squared, rate = soft.fastest_rates
+        count = parts_of_step(timestep, squared, rate)
+        self._dampings[soft.body.id] = None
+        if self._world.profile.integrator == "euler" and is_possible(soft):
+            fewer = parts_of_step(timestep, squared, 0.0)
+            if 2 * fewer <= count:
+                self._dampings[soft.body.id] = Damping(soft)
+                return fewer
+        return count
 
     def add_forces(self, model: Any, data: Any) -> None:
         """Add the forces of springs and solids to MuJoCo's passive forces, after mj_step1."""
@@ -80,10 +105,51 @@ class SoftBodies:
             self._calls = [
                 call
                 for soft in self.by_id.values()
-                for call in force_calls(soft.parts, *soft.first_node, *state)
+                for call in force_calls(
+                    soft.parts, *soft.first_node, *state, is_damped=self._dampings.get(soft.body.id) is None
+                )
             ]
         for function, arguments in self._calls:
             function(*arguments)
+        if self._world.profile.integrator == "euler" or self.whole_step == 0.0:
+            return
+        for soft in self.by_id.values():
+            if soft.repels:
+                dofs = soft.dofs
+                speed = data.qvel[dofs].reshape(-1, 3).copy()
+                self._repulsion_of(soft).change(model, data, self.whole_step, speed)
+                force = (speed.ravel() - data.qvel[dofs]) * np.repeat(soft.masses, 3) / model.opt.timestep
+                data.qfrc_passive[dofs] += force
+
+    def change_accelerations(self, model: Any, data: Any) -> None:
+        """Change accelerations by what the velocities after the step cause, once constraints are solved.
+
+        That is strong damping, and in the first part of a step the repulsion between parts of a body.
+        """
+        if self._world.profile.integrator != "euler":
+            return
+        timestep = model.opt.timestep
+        for body_id, soft in self.by_id.items():
+            damping = self._dampings.get(body_id)
+            repels = soft.repels and self.whole_step > 0.0
+            if damping is None and not repels:
+                continue
+            dofs = soft.dofs
+            before = data.qvel[dofs]
+            speed = (before + timestep * data.qacc[dofs]).reshape(-1, 3)
+            if damping is not None:
+                damping.change(model, data, timestep, speed)
+            if repels:
+                self._repulsion_of(soft).change(model, data, self.whole_step, speed)
+            data.qacc[dofs] = (speed.ravel() - before) / timestep
+
+    def _repulsion_of(self, soft: SoftBody) -> Repulsion:
+        known = self._repulsions.get(soft.body.id)
+        if known is None:
+            from roboyard.sim.soft.repulsion import Repulsion
+
+            known = self._repulsions[soft.body.id] = Repulsion(soft)
+        return known
 
     def rows_without_push(self, model: Any, contact: Any) -> np.ndarray:
         """Return the first rows (k,) of contacts between a link and elements of which it holds a node.

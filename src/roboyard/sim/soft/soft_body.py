@@ -56,6 +56,10 @@ class SoftBody:
         """(m, 3) triangles or (m, 4) tetrahedra of nodes."""
         self.radius = shape.radius
         """Distance from the nodes at which surfaces are (m)."""
+        self.repulsion = (shape.repulsion or 0.0) if shape.self_collision else 0.0
+        """Stiffness (N/m) of springs that keep its parts apart."""
+        self.repels = shape.self_collision and shape.repulsion is not None
+        """Whether such springs act."""
         self.parts = parts
         """Its springs and tetrahedra."""
         self.anchors: list[Anchor] = []
@@ -92,6 +96,12 @@ class SoftBody:
         """Row of the first node in MuJoCo's body arrays, and its first degree of freedom; others follow."""
         self._refresh()
         return self._row, self._dof
+
+    @property
+    def dofs(self) -> slice:
+        """Its degrees of freedom in MuJoCo's arrays, three of each node."""
+        self._refresh()
+        return slice(self._dof, self._dof + 3 * len(self.masses))
 
     @property
     def positions(self) -> Array:

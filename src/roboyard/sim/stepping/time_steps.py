@@ -104,6 +104,7 @@ class Stepping(StepParts):
             for part in range(parts):
                 if part and kept is not None:  # without this part's drag
                     data.xfrc_applied[:], data.qfrc_applied[:] = kept
+                self._soft.whole_step = 0.0 if part else whole
                 self._whole_step(model, data)
         finally:
             option.timestep = whole
@@ -397,6 +398,8 @@ class Stepping(StepParts):
             self._solve_together(model, data, timestep, slides=slides)
             if self._is_in_turn:
                 self.in_turn.write(found, timestep)
+        if self._soft.by_id:
+            self._soft.change_accelerations(model, data)
         if limits is not None:
             _bound_velocity(model, data, qvel, qacc, timestep, limits)
         if slides:  # as in mj_step2
