@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from roboyard.sim.physics_profile import BULLET, PLAIN, PhysicsProfile
+from roboyard.sim.soft.kernels import limit_push
 from roboyard.sim.soft.materials import Springs
 from roboyard.sim.world import World
 
@@ -47,3 +48,20 @@ def test_a_tilted_triangle_rests_on_the_node_that_touches() -> None:
     world.step(24)
     fall = -9.81 * 24 / 240
     np.testing.assert_allclose(cloth.velocities[:, 2], [0.0, fall, fall], atol=1e-3)
+
+
+def test_speeds_out_of_a_shape_are_bounded_as_in_numpy() -> None:
+    """Of soft bodies that have rows; the wanted speed is that before and time step times reference."""
+    rng, h, largest = np.random.default_rng(3), 0.004, 0.1
+    address = np.array([0, -1, 3, 6, 9], np.int32)
+    flex = np.array([(-1, 0), (-1, 0), (-1, -1), (1, 0), (0, -1)], np.int32)
+    velocity, base = rng.normal(size=12), rng.normal(size=12) / h
+    reference = base - rng.uniform(size=12)
+    expected, others = base.copy(), reference.copy()
+    for row in (0, 6, 9):
+        expected[row] = min(velocity[row] + h * base[row], largest) / h - velocity[row] / h
+        others[row] += expected[row] - base[row]
+    assert (expected != base).any()
+    limit_push(address, flex, velocity, h, largest, base, reference)
+    np.testing.assert_allclose(base, expected, atol=1e-9)
+    np.testing.assert_allclose(reference, others, atol=1e-9)

@@ -244,6 +244,25 @@ def record_colours_and_textures(p: Any, folder: Path) -> Any:
     return found
 
 
+def record_cloth_that_begins_half_in_a_box(p: Any, folder: Path) -> Any:
+    found = []
+    for tilt in (0.1, 1.5):
+        p.resetSimulation(p.RESET_USE_DEFORMABLE_WORLD)
+        p.setGravity(0, 0, -9.8)
+        shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[2, 2, 0.5])
+        p.createMultiBody(0, shape, basePosition=[0, 0, -0.5])
+        cloth = p.loadSoftBody(
+            write_cloth(folder / "cloth.obj", 9), baseOrientation=p.getQuaternionFromEuler([0, tilt, 0]),
+            mass=0.5, useMassSpring=1, springElasticStiffness=40, springDampingStiffness=0.1,
+            useBendingSprings=1, springBendingStiffness=1, frictionCoeff=0.5, collisionMargin=0.01,
+        )  # fmt: skip
+        for count in (10, 30):
+            for _ in range(count):
+                p.stepSimulation()
+            found.append(summary(nodes(p, cloth)))
+    return found
+
+
 def record_queries(p: Any, folder: Path) -> Any:
     cloth = pinned_cloth(p, folder)
     cube = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), -1, [0, 2, 1])
@@ -316,6 +335,10 @@ def test_an_image_shows_its_middle_on_the_surface_of_a_solid(client: int, tmp_pa
     p.stepSimulation()
     image = np.reshape(p.getCameraImage(64, 64, view, lens)[2], (64, 64, 4))
     assert image[32, 32].tolist() == [0, 239, 0, 255]
+
+
+def test_cloth_comes_slowly_out_of_a_box_as_in_pybullet(agrees: Callable[..., None]) -> None:
+    agrees(record_cloth_that_begins_half_in_a_box, 2e-2)
 
 
 def test_urdf_files_of_soft_bodies(agrees: Callable[..., None]) -> None:

@@ -176,6 +176,23 @@ def name_surfaces(geom, flex, geoms, surface):  # pragma: no cover
             surface[i, k] = geom[i, k] if geom[i, k] >= 0 else flex[i, k] + geoms
 
 
+@compiled("i4[:] i4[:,:] f8[:] f8 f8 f8[:] f8[:]")
+def limit_push(address, flex, velocity, timestep, largest, base, reference):  # pragma: no cover
+    """Bound the speed (m/s) with which contacts push nodes out of what these are in.
+
+    address: (ncon,) rows of the normals, -1 for none. flex: (ncon, 2), -1 for none. velocity: (nefc,) (m/s).
+    timestep (s). base, reference: (nefc,) accelerations (m/s²) as of `hard_contacts`.
+    """
+    for i in range(address.shape[0]):
+        row = address[i]
+        if row < 0 or (flex[i, 0] < 0 and flex[i, 1] < 0):
+            continue
+        excess = base[row] + (velocity[row] - largest) / timestep
+        if excess > 0.0:
+            base[row] -= excess
+            reference[row] -= excess
+
+
 @compiled("i4[:] i4[:,:] f8[:] f8[:] f8[:] -> f8")
 def rigid_change(address, flex, force, before, reference):  # pragma: no cover
     """Return the largest change of the normal references of rigid contacts that push, or begin to (m/s²).

@@ -33,6 +33,8 @@ SLIDING_TOLERANCE = 1e-3
 SOFT_SLIDING_TOLERANCE = 0.05
 """The same of soft bodies, whose nodes slide at other speeds in each step, where a solution takes as long as
 all else. It moves a contact by 0.2 mm in a step of 1/240 s, which the next step corrects."""
+_SOFT_PUSH = 0.1
+"""Largest speed (m/s) with which soft bodies are pushed out of what they are in, as in Bullet."""
 
 
 class Surfaces:
@@ -387,6 +389,9 @@ class Surfaces:
             if alone:
                 return
             if self.soft:
+                soft_kernels().limit_push(
+                    *(address, contact.flex, velocity, timestep, _SOFT_PUSH, self._base, reference)
+                )
                 free = self.soft.rows_without_push(model, contact)
                 self._base[free] = reference[free] = kernels().NO_PUSH / timestep
             kernels().estimate_sliding(dim, address, friction, velocity, timestep, self._base, reference)
