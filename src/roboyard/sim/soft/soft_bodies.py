@@ -78,6 +78,12 @@ class SoftBodies:
             self._parts, self._calls = (timestep, max(found, default=1)), None
         return self._parts[1]
 
+    @property
+    def _acts_at_the_end(self) -> bool:
+        """Whether steps go by accelerations that may be changed once constraints are solved."""
+        profile = self._world.profile
+        return profile.integrator == "euler" and profile.largest_velocity is not None
+
     def _parts_of(self, soft: SoftBody, timestep: float) -> int:
         """Return into how many parts a body has to divide a step, and choose the kind of its damping.
 
@@ -89,7 +95,7 @@ class SoftBodies:
         squared, rate = soft.fastest_rates
         count = parts_of_step(timestep, squared, rate)
         self._dampings[soft.body.id] = None
-        if self._world.profile.integrator == "euler" and is_possible(soft):
+        if self._acts_at_the_end and is_possible(soft):
             fewer = parts_of_step(timestep, squared, 0.0)
             if 2 * fewer <= count:
                 self._dampings[soft.body.id] = Damping(soft)
@@ -111,7 +117,7 @@ class SoftBodies:
             ]
         for function, arguments in self._calls:
             function(*arguments)
-        if self._world.profile.integrator == "euler" or self.whole_step == 0.0:
+        if self._acts_at_the_end or self.whole_step == 0.0:
             return
         for soft in self.by_id.values():
             if soft.repels:
@@ -126,7 +132,7 @@ class SoftBodies:
 
         That is strong damping, and in the first part of a step the repulsion between parts of a body.
         """
-        if self._world.profile.integrator != "euler":
+        if not self._acts_at_the_end:
             return
         timestep = model.opt.timestep
         for body_id, soft in self.by_id.items():
