@@ -212,7 +212,7 @@ def test_trees_hold_each_face_once_and_join_neighbours_first() -> None:
 
 
 def fold(n: int = 9) -> tuple[Array, Array]:
-    """Nodes and triangles of a cloth whose one half lies 0.1 m to 0.15 m over its other half."""
+    """Nodes and triangles of a cloth whose one half is 0.1 m to 0.15 m over its other half."""
     line = np.linspace(-0.5, 0.5, n)
     nodes = np.array([(abs(x), y, 0.0 if x < 0 else 0.1 + 0.1 * x) for x in line for y in line])
     cells = []

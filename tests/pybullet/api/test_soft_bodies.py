@@ -149,7 +149,7 @@ def record_block_of_a_urdf(p: Any, folder: Path) -> Any:
 
 
 def write_fold(file: Path, n: int = 9) -> str:
-    """Write a cloth whose one half lies 0.1 m to 0.15 m over its other half, as OBJ."""
+    """Write a cloth whose one half is 0.1 m to 0.15 m over its other half, as OBJ."""
     line = [k / (n - 1) - 0.5 for k in range(n)]
     lines = [f"v {abs(x)} {y} {0.0 if x < 0 else 0.1 + 0.1 * x}" for x in line for y in line]
     for i in range(n - 1):

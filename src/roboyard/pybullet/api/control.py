@@ -348,7 +348,7 @@ def _drive(
         scene.world.wrenches.add_joint_effort(handle, force)
         return
     if mode == c.PD_CONTROL:
-        from roboyard.pybullet.api.spring_damper import SpringDamper
+        from roboyard.pybullet.state.spring_damper import SpringDamper
 
         check_finite(
             _FAILED,
@@ -358,7 +358,15 @@ def _drive(
             velocityGain=kd,
         )
         scene.spring_dampers[(record.number, joint)] = SpringDamper(
-            scene, record, joint, _within_limits(record, joint, position), velocity, kp, kd, force
+            scene,
+            record,
+            joint,
+            _within_limits(record, joint, position),
+            velocity,
+            kp,
+            kd,
+            force,
+            OUT_OF_RANGE,
         )
         return
     motors = _commands_of(scene, record)

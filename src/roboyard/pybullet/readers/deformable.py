@@ -75,7 +75,7 @@ def read_shape(
 def _visible(file: Path, scale: float) -> TriangleMesh:
     """Return a visible mesh (m) with the texture coordinates of its file, for its own or another image.
 
-    It is white, whatever the colours of the file, and without coordinates it shows an image's middle.
+    It is white, also where the file has colours, and without coordinates it shows an image's middle.
     """
     mesh = load_mesh(file)
     if mesh.uv is None:

@@ -10,7 +10,7 @@ MOST_ROUNDS = 60
 """Most rounds of conjugate gradients."""
 ENOUGH = 1e-10
 """Square of the share of the first residual at which they end."""
-STICKS = 0.999
+HELD_SHARE = 0.999
 """Share of the largest friction below which a contact does not slide."""
 ALIKE = 0.999
 """Cosine of the angle between two normals that count as one."""
@@ -36,7 +36,7 @@ def mark_fixed(  # pragma: no cover
         slides = True
         if dim[i] >= 3:
             pull = np.sqrt(force[row + 1] ** 2 + force[row + 2] ** 2)
-            slides = pull >= STICKS * friction[i, 0] * force[row]
+            slides = pull >= HELD_SHARE * friction[i, 0] * force[row]
         for side in range(2):
             if flex[i, side] != body:
                 continue

@@ -1,4 +1,4 @@
-"""What keeps the parts of one soft body apart: impulses between nodes and faces, once in a time step."""
+"""Impulses between nodes and faces of one soft body, once in a time step, which keep its parts apart."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 kernels = lazy_module("roboyard.sim.soft.repulsion_kernels")
 
 _MOST_CONTACTS = 24
-"""Most contacts, as a multiple of the number of faces; further ones are left out."""
+"""Most contacts, as a multiple of the number of faces; further ones are skipped."""
 
 
 class Repulsion:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from roboyard._records import dataclass
-from roboyard.pybullet.api.joints import OUT_OF_RANGE
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.bodies.body_records import BodyRecord
@@ -27,11 +26,13 @@ class SpringDamper:
     kd: float
     largest: float
     """Largest torque or force (N m or N)."""
+    refusal: str
+    """Message of the error if the body has gone."""
 
     def __call__(self) -> None:
         """Apply the torque for the coming step."""
         record, joint = self.record, self.joint
-        self.scene.ready(record.number, OUT_OF_RANGE)
+        self.scene.ready(record.number, self.refusal)
         q = record.qpos.item(record.position_addresses[joint])
         v = record.qvel.item(record.velocity_addresses[joint])
         torque = self.kp * (self.position - q) + self.kd * (self.velocity - v)
