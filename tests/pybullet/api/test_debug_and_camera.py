@@ -86,7 +86,7 @@ def test_matrices_are_those_of_each_call(client: int) -> None:
     assert p.getCameraImage(8, 8, views[0], lens)[2].shape == (8, 8, 4)
     for _ in range(2):
         with pytest.raises(p.error, match="Error parsing view or projection matrix"):
-            p.getCameraImage(16, 16, [0.0] * 16, lens)
+            p.getCameraImage(16, 16, [1.0] + [0.0] * 15, lens)
 
 
 @pytest.mark.parametrize("count", [2, 4, 7, 8, 11])

@@ -13,6 +13,7 @@ from roboyard.description.model import (
     RGBA,
     Collision,
     Contact,
+    Geometry,
     Inertial,
     Link,
     Material,
@@ -161,9 +162,11 @@ def _visual(shape: ShapeElement, context: BuildContext) -> Visual | None:
     )
 
 
-def _is_concave(given: str | None, context: BuildContext) -> bool:
-    if given is None or context.as_bullet:
-        return given is not None
+def _is_concave(given: str | None, geometry: Geometry, context: BuildContext) -> bool:
+    if given is None:
+        return False
+    if context.as_bullet:
+        return isinstance(geometry, Mesh)
     return given.strip().lower() in ("yes", "true", "1")
 
 
@@ -178,7 +181,7 @@ def _collision(shape: ShapeElement, context: BuildContext) -> Collision | None:
         geometry=geometry,
         origin=shape.pose,
         name=element.get("name"),
-        concave=isinstance(geometry, Mesh) and _is_concave(element.get("concave"), context),
+        concave=_is_concave(element.get("concave"), geometry, context),
         extra=(*rest, *_unread_shape(found)),
         attributes=unread_attributes(element, "name", "concave"),
         source=problems.source(element),
