@@ -18,7 +18,13 @@ GRID = "# vtk DataFile Version 2.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID"
 def write_cloth(file: Path, n: int = 5, size: float = 1.0) -> str:
     """Write a square of n by n vertices as OBJ."""
     step = size / (n - 1)
-    lines = [f"v {i * step - size / 2:.6f} {j * step - size / 2:.6f} 0" for i in range(n) for j in range(n)]
+    line = [f"{i * step - size / 2:.6f}" for i in range(n)]
+    return write_grid(file, n, [f"v {x} {y} 0" for x in line for y in line])
+
+
+def write_grid(file: Path, n: int, vertices: list[str]) -> str:
+    """Write n by n vertices and the triangles between them as OBJ."""
+    lines = list(vertices)
     for i in range(n - 1):
         for j in range(n - 1):
             a = i * n + j + 1
@@ -151,13 +157,9 @@ def record_block_of_a_urdf(p: Any, folder: Path) -> Any:
 def write_fold(file: Path, n: int = 9) -> str:
     """Write a cloth whose one half is 0.1 m to 0.15 m over its other half, as OBJ."""
     line = [k / (n - 1) - 0.5 for k in range(n)]
-    lines = [f"v {abs(x)} {y} {0.0 if x < 0 else 0.1 + 0.1 * x}" for x in line for y in line]
-    for i in range(n - 1):
-        for j in range(n - 1):
-            a = i * n + j + 1
-            lines += [f"f {a} {a + n} {a + n + 1}", f"f {a} {a + n + 1} {a + 1}"]
-    file.write_text("\n".join(lines) + "\n")
-    return str(file)
+    return write_grid(
+        file, n, [f"v {abs(x)} {y} {0.0 if x < 0 else 0.1 + 0.1 * x}" for x in line for y in line]
+    )
 
 
 def record_halves_of_a_cloth_on_each_other(p: Any, folder: Path) -> Any:

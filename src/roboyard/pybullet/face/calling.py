@@ -330,11 +330,15 @@ def _with_call(call: Call) -> Any:
 
     @functools.wraps(call.free)
     def free(*args: Any, **kwargs: Any) -> int:
-        if next(START.numbers) in (MANY, MOST):
-            START.enter()
-        return TURNS.call(call.free, *args, **kwargs)
+        return TURNS.call(_count_and_call, call.free, *args, **kwargs)
 
     return free
+
+
+def _count_and_call(function: Callable[..., int], *args: Any, **kwargs: Any) -> int:
+    if next(START.numbers) in (MANY, MOST):
+        START.enter()
+    return function(*args, **kwargs)
 
 
 def _required(name: str, **given: object) -> None:
